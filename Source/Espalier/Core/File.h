@@ -1,0 +1,24 @@
+#pragma once
+
+#include <Espalier/Core/Error.h>
+#include <filesystem>
+#include <string>
+#include <string_view>
+
+namespace espalier {
+
+/// The bytes of a regular file of at most `maxBytes` (ErrorKind::Limit beyond, before reading).
+/// Directories, pipes and devices are refused: reading one could block for ever.
+[[nodiscard]] Expected<std::string> readFile(const std::filesystem::path& path, std::size_t maxBytes);
+
+/// readFile for text: refuses invalid UTF-8 with its line and column, and drops a leading byte order mark.
+[[nodiscard]] Expected<std::string> readTextFile(const std::filesystem::path& path, std::size_t maxBytes);
+
+/// Replaces the file at `path` by `bytes` or leaves it as it was: writes a temporary file in the same folder, flushes it
+/// to disk, then renames. The folder must exist. Afterwards a reader finds the old or the new file, never a torn one.
+[[nodiscard]] Expected<void> writeFileAtomically(const std::filesystem::path& path, std::string_view bytes);
+
+/// Byte offset of the first invalid UTF-8 sequence (overlong forms and surrogates are invalid), or npos.
+[[nodiscard]] std::size_t findInvalidUtf8(std::string_view text) noexcept;
+
+} // namespace espalier

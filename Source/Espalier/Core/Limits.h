@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace espalier {
+
+/// Bounds that every reader, derivation and mesher keeps, because files are hostile. Exceeding one is an
+/// ErrorKind::Limit that names it, before the memory is taken. A value equal to the limit is allowed.
+struct Limits
+{
+    std::size_t fileBytes = std::size_t{16} << 20;
+    std::uint32_t jsonDepth = 64;
+    std::size_t stringBytes = std::size_t{64} << 10;
+    std::uint32_t productions = 4096;     ///< Of hand-written grammars. Inferred ones may have `inferredNodes`.
+    std::uint32_t templates = 4096;
+    std::uint32_t templateModules = std::uint32_t{64} << 10;
+    std::uint32_t expressionDepth = 64;
+    std::uint32_t parameters = 16;        ///< Of one module.
+    std::uint32_t bracketDepth = 1024;
+    std::uint32_t generations = 64;       ///< Nested productions of one derivation.
+    std::uint32_t modules = std::uint32_t{4} << 20;
+    std::uint32_t nodes = std::uint32_t{1} << 20; ///< Segments of one skeleton; instances of one archetype read from a file.
+    std::uint32_t inferredNodes = std::uint32_t{4} << 20;
+    std::uint32_t vertices = std::uint32_t{16} << 20;
+    double angleDegrees = 3600.0;         ///< Largest magnitude of an angle in a file.
+    double coordinate = 1e5;              ///< Largest magnitude of a coordinate or length, metres.
+};
+
+} // namespace espalier
