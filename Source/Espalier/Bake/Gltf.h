@@ -10,22 +10,29 @@ namespace espalier {
 struct Appearance;
 struct TreeMesh;
 
-/// What a baked tree says of itself: names in the scene, and `extras` of its node.
+/// What a baked tree says of itself: names in the scene, and `extras` of its node:
+/// `{"espalier": {"species": name, "speciesHash": "00c0ffee00c0ffee", "seed": "42", "version": 1}}`.
 struct BakeInfo
 {
-    std::string speciesName;        ///< UTF-8; names the node, mesh and materials.
-    std::uint64_t speciesHash = 0;  ///< Identity of the species; written as 16 hex digits.
-    Seed seed;                      ///< Written as a decimal string: JSON numbers lose bits above 2^53.
+    std::string speciesName;       ///< UTF-8; names the node, mesh and materials. Empty: "tree".
+    std::uint64_t speciesHash = 0; ///< Identity of the species; written as 16 hex digits.
+    Seed seed;                     ///< Written as a decimal string: JSON numbers lose bits above 2^53.
 };
 
-/// `mesh` as the bytes of a GLB file in the portable profile: glTF 2.0 without required extensions, float attributes
-/// (POSITION, NORMAL, TANGENT, TEXCOORD_0), 16-bit indices where they suffice, one double-sided-free opaque bark material,
-/// everything in one buffer. Equal input gives equal bytes. Fails with BadInput if the mesh is empty or a number in it
-/// is not finite, with Limit above 4 GiB.
+/// `mesh` as the bytes of a GLB file in the portable profile: glTF 2.0 without extensions, float attributes
+/// (POSITION, NORMAL, TANGENT, TEXCOORD_0), 16-bit indices where they suffice, one opaque single-sided material a kind
+/// of part, everything in one buffer. One node, in metres, Y up.
+///
+/// glTF counts v from the top of an image, so TEXCOORD_0 is (u, 1 - v): an image's top points to the tip of the
+/// branch. Tangents pass unchanged: their bitangent points to the image's top, where glTF's normal maps have +Y.
+///
+/// Equal input gives equal bytes. Fails with BadInput if the mesh is empty or inconsistent, a number in it is not
+/// finite, a normal or tangent is not unit or the name is not UTF-8; with Limit if the file would exceed 4 GiB or
+/// memory. Safe to call concurrently.
 [[nodiscard]] Expected<std::string> bakeGlb(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info);
 
 /// bakeGlb, written atomically.
-[[nodiscard]] Expected<void> writeGlb(const std::filesystem::path& path, const TreeMesh& mesh, const Appearance& appearance,
-                                      const BakeInfo& info);
+[[nodiscard]] Expected<void> writeGlb(const std::filesystem::path& path, const TreeMesh& mesh,
+                                      const Appearance& appearance, const BakeInfo& info);
 
 } // namespace espalier

@@ -14,6 +14,8 @@ namespace espalier {
 /// Limits::stringBytes and invalid UTF-8 are errors. Values are indices into flat arrays; nothing recurses.
 class JsonDocument
 {
+    struct Node;
+
 public:
     enum class Type : std::uint8_t
     {
@@ -31,12 +33,13 @@ public:
     public:
         [[nodiscard]] Type type() const noexcept;
         [[nodiscard]] bool isNull() const noexcept { return type() == Type::Null; }
+        /// Searches the text for line ends: meant for errors, not for every value.
         [[nodiscard]] Location where() const;
 
         /// A failure at this value: `where: what; expected ...`.
         [[nodiscard]] tl::unexpected<Error> fail(std::string what, std::string expected, std::string advice = {}) const;
 
-        // Typed access. A value of another type gives an error that names `role` ("scaling must be a number").
+        // Typed access. Anything else is an error that names `role`: `scaling is the string "two"; expected a number`.
         [[nodiscard]] Expected<bool> boolean(std::string_view role) const;
         [[nodiscard]] Expected<double> number(std::string_view role) const;
         [[nodiscard]] Expected<double> number(std::string_view role, double low, double high) const; ///< [low, high]
@@ -44,7 +47,8 @@ public:
         [[nodiscard]] Expected<std::string_view> string(std::string_view role) const;
         [[nodiscard]] Expected<void> requireArray(std::string_view role) const;
         /// An object whose keys are all among `keys`; an unknown one is an error that lists them.
-        [[nodiscard]] Expected<void> requireObject(std::string_view role, std::initializer_list<std::string_view> keys) const;
+        [[nodiscard]] Expected<void> requireObject(std::string_view role,
+                                                   std::initializer_list<std::string_view> keys) const;
         [[nodiscard]] Expected<void> requireObject(std::string_view role) const; ///< Any keys.
 
         /// Elements of an array, values of an object, in the file's order; empty for other types.
@@ -63,11 +67,15 @@ public:
         friend class JsonDocument;
         Value() = default;
         Value(const JsonDocument* document, std::uint32_t node) : document_(document), node_(node) {}
+        const Node& node() const noexcept;
+        std::string description() const;
+        tl::unexpected<Error> wrong(std::string_view role, std::string expected) const;
+
         const JsonDocument* document_ = nullptr;
         std::uint32_t node_ = 0;
     };
 
-    /// `text` must be UTF-8 without byte order mark (readTextFile). `file` names it in errors.
+    /// `text` should come from readTextFile, which drops a byte order mark. `file` names it in errors.
     [[nodiscard]] static Expected<JsonDocument> parse(std::string text, std::string file, const Limits& limits);
 
     [[nodiscard]] Value root() const noexcept { return {this, 0}; }

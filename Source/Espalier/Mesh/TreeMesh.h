@@ -4,7 +4,8 @@
 #include <cstdint>
 #include <vector>
 
-namespace espalier {
+namespace espalier
+{
 
 /// What a part of a tree mesh is made of.
 enum class MeshMaterial : std::uint8_t
@@ -23,13 +24,15 @@ struct MeshPart
 };
 
 /// The triangles of one tree at one level of detail. Vertex arrays have equal length. Plant space: metres, Y up.
-/// Triangles are counter-clockwise seen from outside, and normals point outside. A plain value; `clear` keeps the memory.
+/// Triangles are counter-clockwise seen from outside, and normals point outside. A plain value; `clear` keeps the
+/// memory.
 struct TreeMesh
 {
-    std::vector<Vec3> positions;        ///< Metres.
-    std::vector<Vec3> normals;          ///< Unit.
-    std::vector<Vec4> tangents;         ///< xyz unit, along +u, normal to the normal; w = +1 or -1 so that bitangent = w * cross(n, t), along +v (glTF).
-    std::vector<Vec2> uvs;              ///< Bark, in repeats of the texture: u round the axis, v along it, growing towards the tip.
+    std::vector<Vec3> positions; ///< Metres.
+    std::vector<Vec3> normals;   ///< Unit.
+    std::vector<Vec4> tangents;  ///< xyz unit, along +u, normal to the normal; w = +1 or -1 so that bitangent = w *
+                                 ///< cross(n, t), along +v (glTF).
+    std::vector<Vec2> uvs; ///< Bark, in repeats of the texture: u round the axis, v along it, growing towards the tip.
     std::vector<std::uint32_t> indices; ///< Three a triangle, each below positions.size().
     std::vector<MeshPart> parts;        ///< Cover all indices, in order.
 

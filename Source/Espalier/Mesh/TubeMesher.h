@@ -1,10 +1,14 @@
 #pragma once
 
 #include <Espalier/Core/Limits.h>
+#include <Espalier/Mesh/AxisCurve.h>
 #include <Espalier/Mesh/TreeMesh.h>
+#include <array>
 #include <cstdint>
+#include <vector>
 
-namespace espalier {
+namespace espalier
+{
 
 struct Skeleton;
 struct BarkAppearance;
@@ -12,39 +16,89 @@ struct BarkAppearance;
 /// How branch axes become closed tubes.
 struct TubeSettings
 {
-    std::uint16_t minSides = 5;      ///< Ring vertices on the thinnest axis. [3, maxSides]
-    std::uint16_t maxSides = 24;     ///< Ring vertices on the thickest axis. [3, 256]
-    float chordError = 0.0025f;      ///< Metres allowed between a facet and the true circle. (0, inf)
-    float smoothing = 1.0f;          ///< How far an axis bends round the corners of its skeleton: 0 straight segments, 1 a smooth curve through all joints. [0, 1]
-    float maxRingAngle = 0.26f;      ///< Radians an axis may turn between two rings before another ring is put in. (0, pi]
-    float collarFlare = 0.6f;        ///< How much wider a branch is where it leaves its parent, in its own radii. [0, 4]
-    float collarLength = 2.5f;       ///< Over what length the collar fades, in radii of the branch. [0, 20]
-    float rootFlare = 0.7f;          ///< The same for the trunk where it meets the ground. [0, 4]
-    float rootFlareLength = 4.0f;    ///< In radii of the trunk. [0, 20]
+    std::uint16_t minSides = 5;   ///< Ring vertices on the thinnest axis. [3, maxSides]
+    std::uint16_t maxSides = 24;  ///< Ring vertices on the thickest axis. [3, 256]
+    float chordError = 0.0025f;   ///< Metres allowed between a facet and the true circle. (0, inf)
+    float smoothing = 1.0f;       ///< How far an axis bends round the corners of its skeleton: 0 straight segments, 1 a
+                                  ///< smooth curve through all joints. [0, 1]
+    float maxRingAngle = 0.26f;   ///< Radians an axis may turn between two rings before another ring is put in. (0, pi]
+    float collarFlare = 0.6f;     ///< How much wider a branch is where it leaves its parent, in its own radii. [0, 4]
+    float collarLength = 2.5f;    ///< Over what length the collar fades, in radii of the branch. [0, 20]
+    float rootFlare = 0.7f;       ///< The same for the trunk where it meets the ground. [0, 4]
+    float rootFlareLength = 4.0f; ///< In radii of the trunk. [0, 20]
 };
 
 /// Why there is no mesh.
 enum class TubeResult : std::uint8_t
 {
     Ok,
-    EmptySkeleton,  ///< Nothing to sweep; `mesh` is untouched.
-    UnsoundSkeleton,///< A number is not finite or an index out of range; `mesh` is untouched.
-    TooManyVertices,///< Limits::vertices would be exceeded; `mesh` is untouched.
+    EmptySkeleton,   ///< Nothing to sweep; `mesh` is untouched.
+    UnsoundSkeleton, ///< Not isSound, or a coordinate or radius beyond Limits::coordinate; `mesh` is untouched.
+    TooManyVertices, ///< Limits::vertices would be exceeded; `mesh` is untouched.
 };
 
-/// Memory that meshing needs in between; reuse it and nothing is allocated after warm-up. One per thread.
+/// A cross section of a tube.
+struct TubeRing
+{
+    Vec3 centre{0};      ///< Metres.
+    float radius = 0;    ///< Metres, without the collar.
+    Vec3 tangent{0};     ///< Unit; the ring lies normal to it.
+    float along = 0;     ///< Metres from the axis' start.
+    Vec3 side{0};        ///< Unit, normal to the tangent: towards the ring's first vertex.
+    float slope = 0;     ///< d radius / d along, without the collar.
+    Vec2 normal{1, 0};   ///< The surface normal outwards and along the tangent, unit.
+    bool pinned = false; ///< Placed on purpose: not dropped because the tube is straight here.
+};
+
+/// Where a branch leaves its parent, whose surface nearby is taken for a cylinder.
+struct TubeCollar
+{
+    Vec3 joint{0};          ///< On the parent's axis, metres.
+    Vec3 direction{0};      ///< Unit; the parent's axis there.
+    float parentRadius = 0; ///< Metres.
+    float height = 0;       ///< How far the collar swells, metres; 0 if there is none.
+    float length = 0;       ///< How far from the parent's surface it is felt, metres.
+    float end = 0;          ///< Along the branch's axis, metres: no collar beyond.
+};
+
+/// One planned tube.
+struct Tube
+{
+    std::uint32_t firstRing = 0;
+    std::uint32_t ringCount = 0;
+    std::uint32_t sides = 0;
+    float repeats = 1;         ///< Of the bark round the tube; whole.
+    float repeatsPerMetre = 1; ///< Along it.
+    bool hasBase = false;      ///< Its first ring is open and needs a lid.
+    TubeCollar collar;
+};
+
+/// Memory that meshing needs in between; reuse it and nothing is allocated after warm-up. One per thread. After a
+/// successful call it holds the plan of the mesh, for tests and drawings of it.
 struct TubeScratch
 {
-    std::vector<std::uint32_t> axis;
-    // (filled in by the implementation)
+    std::vector<AxisJoint> joints;
+    std::vector<CurvePoint> points;
+    std::vector<TubeRing> rings;
+    std::vector<Tube> tubes;
+    std::vector<Vec2> circlePoints; ///< Cosine and sine, the first point again at the end.
+    std::array<std::uint32_t, 257>
+        circleStarts{}; ///< Where in circlePoints the circle of so many sides begins, plus 1.
 };
 
 /// Appends one closed tube per axis of `skeleton` to `mesh`, as one Bark part.
 ///
 /// Frames are rotation-minimizing (Wang et al. 2008, double reflection); a branch begins inside its parent and widens
-/// to a collar at the parent's surface; tips are closed and round. u runs a whole number of texture repeats round each
-/// axis, so bark tiles without a seam; v is metres along the axis over the tile. Zero-length segments are
-/// skipped; radius 0 closes the tube to a point. Equal input gives equal bytes. Safe to call concurrently on different
+/// to a collar at the parent's surface, where its normals turn into the parent's; tips are closed and round, one radius
+/// beyond the skeleton's end; a leaning trunk begins far enough below its start to leave no gap. A segment that starts
+/// away from its parent's end begins a tube of its own. Axes without length or radius are skipped; radius 0 closes a
+/// tube to a point.
+///
+/// u runs a whole number of texture repeats round each axis, so bark tiles without a seam. v advances with the length
+/// at the scale of u on the axis' mean radius, so texels stay square: about one repeat a tile, more on axes thinner
+/// than one tile round. The lid of a tube's base is mapped flat.
+///
+/// Settings outside their ranges are clamped. Equal input gives equal bytes. Safe to call concurrently on different
 /// meshes and scratches.
 [[nodiscard]] TubeResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
                                    const Limits& limits, TubeScratch& scratch, TreeMesh& mesh);

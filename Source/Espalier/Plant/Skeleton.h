@@ -65,7 +65,8 @@ struct Skeleton
 /// A stable hash of every array, bit for bit: the identity that golden files record.
 [[nodiscard]] std::uint64_t hashOf(const Skeleton& skeleton) noexcept;
 
-/// True if no number in it is NaN or infinite and every index is in range, parents before children.
+/// True if all segment arrays have equal length, no number is NaN or infinite, no length or radius negative, and every
+/// index in range: parents before children, a continuation among the children.
 [[nodiscard]] bool isSound(const Skeleton& skeleton) noexcept;
 
 } // namespace espalier

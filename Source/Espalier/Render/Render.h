@@ -13,19 +13,21 @@ namespace espalier {
 struct TreeMesh;
 struct Appearance;
 
-/// Light, ground and quality of a preview picture. Needs no GPU.
+/// Light, camera and quality of a preview picture. Needs no GPU.
 struct RenderSettings
 {
-    std::uint32_t width = 800;            ///< Pixels. [16, 8192]
-    std::uint32_t height = 1000;          ///< Pixels. [16, 8192]
-    std::uint32_t samplesPerPixel = 64;   ///< Camera rays, each with one shadow ray and one sky ray. [1, 4096]
-    float sunAzimuth = 2.3f;              ///< Radians round Y from +Z towards +X.
-    float sunElevation = 0.75f;           ///< Radians above the horizon. (0, pi/2]
-    float sunRadius = 0.03f;              ///< Angular radius, radians: how soft shadows are. [0, 0.5]
-    float cameraAzimuth = 0.0f;           ///< Radians round Y from +Z towards +X: where the camera stands.
-    float cameraElevation = 0.10f;        ///< Radians above the horizon. [-1.5, 1.5]
-    float fieldOfView = 0.45f;            ///< Vertical, radians. (0, 3)
-    std::uint32_t threads = 0;            ///< 0: one per processor. The picture does not depend on it.
+    std::uint32_t width = 800;          ///< Pixels. [16, 8192]
+    std::uint32_t height = 1000;        ///< Pixels. [16, 8192]
+    std::uint32_t samplesPerPixel = 64; ///< Camera rays, each with one shadow ray and one sky ray. [1, 4096]
+    float sunAzimuth = 1.0f;            ///< Radians round Y from +Z towards +X.
+    float sunElevation = 0.72f;         ///< Radians above the horizon. (0, pi/2]
+    float sunRadius = 0.03f;            ///< Angular radius, radians: how soft shadows are. [0, 0.5]
+    float cameraAzimuth = 0.0f;         ///< Radians round Y from +Z towards +X: where the camera stands.
+    /// Radians above the middle of the tree; below 0 the tree rises over the horizon. The camera stays above the
+    /// ground: where it would sink in, it stands higher. [-1.5, 1.5]
+    float cameraElevation = -0.09f;
+    float fieldOfView = 0.45f; ///< Vertical, radians. [0.01, 2.5]
+    std::uint32_t threads = 0; ///< 0: one per processor. The picture does not depend on it. [0, 256]
 };
 
 /// One tree of a picture. The mesh and appearance must outlive the call.
@@ -36,15 +38,23 @@ struct RenderSubject
     std::string label; ///< Written under it on strips and sheets; may be empty.
 };
 
-/// One tree, framed whole with its shadow, standing on the ground under a clear sky.
-[[nodiscard]] Expected<Picture> renderPicture(const RenderSubject& subject, const RenderSettings& settings, const Progress& progress = {});
+// All three frame the trees whole, to about nine tenths of the frame, standing on open ground (at y = 0, or at their
+// lowest point if that is lower) under a clear sky. They fail with BadInput for settings out of range and for a mesh
+// that is empty, not finite or inconsistent; with Limit if the picture would exceed 2^28 pixels; with Cancelled.
+// `progress` is called on the calling thread only. Equal input gives equal bytes on machines of one kind; Embree's ray
+// tests may round differently on another CPU. Safe to call concurrently.
 
-/// The tree from `views` sides round it, side by side; all framed alike. width and height are those of one view.
-[[nodiscard]] Expected<Picture> renderTurntable(const RenderSubject& subject, std::uint32_t views, const RenderSettings& settings,
-                                                const Progress& progress = {});
+/// One tree.
+[[nodiscard]] Expected<Picture> renderPicture(const RenderSubject& subject, const RenderSettings& settings,
+                                              const Progress& progress = {});
 
-/// Several trees in a grid of `columns`, row by row, all at the same scale, each with its label: the archetype first,
-/// then its relatives. width and height are those of one cell.
+/// The tree as it turns before the camera, in `views` equal steps, side by side and all to one scale; the light stands
+/// still. width and height are those of one view. [1, 64] views
+[[nodiscard]] Expected<Picture> renderTurntable(const RenderSubject& subject, std::uint32_t views,
+                                                const RenderSettings& settings, const Progress& progress = {});
+
+/// Several trees in a grid of `columns`, row by row, all to one scale and standing on one line, each over its label:
+/// the archetype first, then its relatives. width and height are those of one tree's picture. [1, 1024] subjects
 [[nodiscard]] Expected<Picture> renderContactSheet(std::span<const RenderSubject> subjects, std::uint32_t columns,
                                                    const RenderSettings& settings, const Progress& progress = {});
 

@@ -1,0 +1,51 @@
+#!/usr/bin/env bash
+# Installs what Espalier is built from, on Debian 12 and its relatives. Asks nothing, and needs neither network nor
+# root where everything is there already.
+#   Samples/install.sh           what the library, the command and the samples need
+#   Samples/install.sh --tests   also what only the tests need
+set -euo pipefail
+
+packages=(g++ make cmake libglm-dev libtinygltf-dev libembree-dev libtbb-dev nlohmann-json3-dev libexpected-dev
+    libcli11-dev libstb-dev)
+case "${1:-}" in
+    "") ;;
+    --tests)
+        packages+=(libgtest-dev libbenchmark-dev clang libclang-rt-14-dev)
+        # Debian's npm brings 500 MB; a Node.js from elsewhere serves as well.
+        if ! command -v node > /dev/null || ! command -v npm > /dev/null; then
+            packages+=(nodejs npm ca-certificates)
+        fi
+        ;;
+    *)
+        echo "usage: $0 [--tests]" >&2
+        exit 2
+        ;;
+esac
+
+if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
+    echo "This script knows Debian's packages only. Elsewhere install what they hold by hand: ${packages[*]}" >&2
+    exit 1
+fi
+
+missing=()
+for package in "${packages[@]}"; do
+    # Not by exit status alone: a package that was removed leaves its settings, and dpkg-query still knows it.
+    status=$(dpkg-query -W -f '${db:Status-Status}' "$package" 2> /dev/null || true)
+    [ "$status" = installed ] || missing+=("$package")
+done
+if [ ${#missing[@]} -eq 0 ]; then
+    echo "All ${#packages[@]} packages are installed."
+    exit 0
+fi
+
+as_root=()
+if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo > /dev/null; then
+        echo "Not root, and no sudo here. As root run: apt-get install --no-install-recommends ${missing[*]}" >&2
+        exit 1
+    fi
+    as_root=(sudo)
+fi
+echo "Installing ${#missing[@]} of ${#packages[@]} packages: ${missing[*]}"
+"${as_root[@]}" apt-get update -q
+"${as_root[@]}" env DEBIAN_FRONTEND=noninteractive apt-get install -qy --no-install-recommends "${missing[@]}"

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <Espalier/Inference/Draft.h>
+#include <Espalier/Inference/Inference.h>
+#include <Espalier/Inference/Limbs.h>
+#include <span>
+
+namespace espalier {
+
+/// What the passes of an inference work on, from the drawn trees to the finished species. Each pass reads what earlier ones left
+/// and adds its own; `summary` and `grammarText` are what the trace shows after it.
+struct InferenceContext
+{
+    const InferenceOptions& options;
+    Archetype exemplars; ///< All archetypes in one: merged library, all trees.
+    AnchorTable anchors; ///< Of `exemplars`.
+
+    DraftTree tree;     ///< helberg: the drawn trees, later with repeated subtrees folded into leaves.
+    DraftGrammar draft; ///< helberg: the rules.
+    LimbTable limbs;    ///< kin: the distinct limbs.
+    KinClasses classes; ///< kin: which limbs may stand for each other.
+
+    Species species; ///< The result.
+    std::string summary;
+    std::string grammarText;
+};
+
+/// One step of an inference. A new one is a function of this type, named in the list of a preset (Presets.cpp).
+using InferencePass = Expected<void> (*)(InferenceContext&);
+
+// helberg: A. Helberg, Template-basierte Synthese von Verzweigungsstrukturen mittels L-Systemen (2021), chapter 5, after
+// J. Guo et al., Inverse Procedural Modeling of Branching Structures by Inferring L-Systems, ACM TOG 39 (2020).
+Expected<void> inferBreadthFirst(InferenceContext& context);         ///< A fresh symbol for every node and open anchor.
+Expected<void> compressRepeatedSubtrees(InferenceContext& context);  ///< While C_i falls.
+Expected<void> generalizeByMerging(InferenceContext& context);       ///< While the cheapest merge has C_g < 0.
+Expected<void> estimatePerTemplate(InferenceContext& context);       ///< Tables of transforms by template, weights by use.
+
+// kin: limbs of one class (template, about the same vigour) may stand for each other.
+Expected<void> shareIdenticalLimbs(InferenceContext& context); ///< Hash-consing: equal limbs become one.
+Expected<void> classKin(InferenceContext& context);            ///< Which limbs are kin, and how freely they are exchanged.
+Expected<void> estimateKin(InferenceContext& context);         ///< Whole transforms by limb; the window of accepted sizes.
+
+} // namespace espalier

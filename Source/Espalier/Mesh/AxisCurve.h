@@ -1,0 +1,60 @@
+#pragma once
+
+#include <Espalier/Core/Vector.h>
+#include <cstdint>
+#include <vector>
+
+namespace espalier
+{
+
+/// A corner of an axis before it is smoothed.
+struct AxisJoint
+{
+    Vec3 position{0};  ///< Metres.
+    float radius = 0;  ///< Metres.
+    Vec3 tangent{0};   ///< Unit; the curve's direction here.
+    float slope = 0;   ///< Of the radius along the axis.
+    Vec3 direction{0}; ///< Unit, to the next joint.
+    float length = 0;  ///< To the next joint, metres; positive.
+};
+
+/// A point of a smoothed axis.
+struct CurvePoint
+{
+    Vec3 position{0}; ///< Metres.
+    float along = 0;  ///< Metres from the axis' start.
+    Vec3 tangent{0};  ///< Unit.
+    float radius = 0; ///< Metres.
+    float slope = 0;  ///< d radius / d along.
+};
+
+/// How an axis begins.
+struct AxisStart
+{
+    Vec3 tangent{0}; ///< Unit.
+    float reach = 0; ///< Metres; the tangent bends the first segment as it would beside a neighbour of this length.
+};
+
+/// How an axis is rounded.
+struct AxisRounding
+{
+    float smoothing = 1;  ///< 0 straight segments, 1 a smooth curve.
+    float cosMaxTurn = 1; ///< Cosine of the angle that the curve may turn by from one point to the next.
+};
+
+/// The unit vector along `v`, or `otherwise` where `v` has no direction.
+[[nodiscard]] Vec3 directionOr(const Vec3& v, const Vec3& otherwise) noexcept;
+
+/// Replaces `points` by points of the curve through `joints`: every joint, and as many between two of them as keep its
+/// turns small. Positions and radii of the joints are given, the rest of them is filled in; neighbours must not
+/// coincide and there must be two or more.
+///
+/// The curve is a cubic between two joints, with one direction at each but lengths of tangent that shrink beside short
+/// neighbours and in sharp corners, so that it never swings out. Radii follow a monotone cubic: no bumps.
+void sampleAxis(const AxisStart& start, const AxisRounding& rounding, std::vector<AxisJoint>& joints,
+                std::vector<CurvePoint>& points);
+
+/// The point `along` the curve, between its neighbours `a` and `b`.
+[[nodiscard]] CurvePoint pointBetween(const CurvePoint& a, const CurvePoint& b, float along) noexcept;
+
+} // namespace espalier

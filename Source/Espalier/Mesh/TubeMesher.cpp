@@ -1,0 +1,667 @@
+#include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Mesh/RingFrames.h>
+#include <Espalier/Mesh/TubeMesher.h>
+#include <Espalier/Plant/Skeleton.h>
+#include <Espalier/Species/Appearance.h>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <span>
+
+// Two passes. The first plans every tube down to its rings and counts vertices, so that limits are kept before memory
+// is taken; the second writes by index into arrays of exactly the right size.
+
+namespace espalier
+{
+namespace
+{
+
+/// Metres. A gap this small between parent and child is the rounding of whoever moved the branch, no turtle's move.
+constexpr float kJoinTolerance = 1e-4f;
+
+/// Metres. Joints nearer than this are one: shorter segments have no reliable direction.
+constexpr float kSmallestStep = 1e-6f;
+
+/// A branch at most this wide at the joint, in radii of its parent, stays hidden in it.
+constexpr float kHiddenWidth = 0.95f;
+
+/// Two rings are one straight cone if they agree this well: cosine of 0.1 degrees, slope, and share of the radius.
+constexpr float kStraightCosine = 0.9999985f;
+constexpr float kStraightSlope = 0.002f;
+constexpr float kStraightRadius = 0.01f;
+
+/// Bark is never repeated more often than this many times per tile along thin twigs: finer only shimmers.
+constexpr float kFinestBark = 16.f;
+
+constexpr std::uint32_t kMaxCapRings = 4;
+
+struct Plan
+{
+    const Skeleton& skeleton;
+    TubeSettings settings;
+    AxisRounding rounding;
+    float tile;
+    TubeScratch& scratch;
+};
+
+TubeSettings clamped(TubeSettings settings)
+{
+    // Written so that NaN becomes the lower bound.
+    const auto clamp = [](float value, float low, float high) { return value > low ? std::min(value, high) : low; };
+    settings.maxSides = std::clamp<std::uint16_t>(settings.maxSides, 3, 256);
+    settings.minSides = std::clamp<std::uint16_t>(settings.minSides, 3, settings.maxSides);
+    settings.chordError = clamp(settings.chordError, 1e-9f, 1e9f);
+    settings.smoothing = clamp(settings.smoothing, 0, 1);
+    settings.maxRingAngle = clamp(settings.maxRingAngle, 1e-3f, static_cast<float>(math::kPi));
+    settings.collarFlare = clamp(settings.collarFlare, 0, 4);
+    settings.collarLength = clamp(settings.collarLength, 0, 20);
+    settings.rootFlare = clamp(settings.rootFlare, 0, 4);
+    settings.rootFlareLength = clamp(settings.rootFlareLength, 0, 20);
+    return settings;
+}
+
+bool isWithin(const Skeleton& skeleton, float limit)
+{
+    const auto inside = [&](const Vec3& v)
+    { return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit; };
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+    {
+        if (!inside(skeleton.starts[i]) || !inside(skeleton.ends[i]) || skeleton.startRadii[i] > limit ||
+            skeleton.endRadii[i] > limit)
+            return false;
+    }
+    return true;
+}
+
+Vec3 directionOf(const Skeleton& skeleton, std::uint32_t segment)
+{
+    const Vec3 heading = directionOr(skeleton.headings[segment], Vec3(0, 1, 0));
+    const Vec3 span = skeleton.ends[segment] - skeleton.starts[segment];
+    return glm::dot(span, span) > kSmallestStep * kSmallestStep ? directionOr(span, heading) : heading;
+}
+
+/// True if the segment starts where its parent ends, so that one can grow out of the other.
+bool isJoined(const Skeleton& skeleton, std::uint32_t segment)
+{
+    const std::uint32_t parent = skeleton.parents[segment];
+    if (parent == kNoSegment)
+        return false;
+    const Vec3 gap = skeleton.starts[segment] - skeleton.ends[parent];
+    return glm::dot(gap, gap) <= kJoinTolerance * kJoinTolerance;
+}
+
+bool startsTube(const Skeleton& skeleton, std::uint32_t segment)
+{
+    return skeleton.startsAxis(segment) || !isJoined(skeleton, segment);
+}
+
+/// Collects the joints of the tube that starts at `segment`. False if there is nothing to sweep.
+bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, std::vector<AxisJoint>& joints)
+{
+    joints.clear();
+    joints.push_back({.position = skeleton.starts[segment], .radius = skeleton.startRadii[segment]});
+    float thickest = joints[0].radius;
+    for (std::uint32_t i = segment; i != kNoSegment; i = skeleton.continuations[i])
+    {
+        if (i != segment && !isJoined(skeleton, i))
+            break;
+        const Vec3 step = skeleton.ends[i] - joints.back().position;
+        thickest = std::max(thickest, skeleton.endRadii[i]);
+        if (glm::dot(step, step) > kSmallestStep * kSmallestStep)
+            joints.push_back({.position = skeleton.ends[i], .radius = skeleton.endRadii[i]});
+        else
+            joints.back().radius = skeleton.endRadii[i];
+    }
+    return joints.size() > 1 && thickest > 0;
+}
+
+float meanRadiusOf(const std::vector<CurvePoint>& points)
+{
+    float area = 0;
+    for (std::size_t i = 1; i < points.size(); ++i)
+        area += 0.5f * (points[i].radius + points[i - 1].radius) * (points[i].along - points[i - 1].along);
+    return area / points.back().along;
+}
+
+/// Facets between a chord and its circle: the half angle a of each obeys r (1 - cos a) <= r a^2 / 2 <= chordError.
+std::uint32_t sidesFor(float radius, const TubeSettings& settings)
+{
+    const float sides = std::ceil(static_cast<float>(math::kPi) * std::sqrt(radius / (2 * settings.chordError)));
+    return static_cast<std::uint32_t>(std::clamp(sides, static_cast<float>(settings.minSides), static_cast<float>(settings.maxSides)));
+}
+
+/// How the trunk widens towards the ground: 1 there, fading smoothly to 0.
+struct RootFlare
+{
+    float share = 0;  ///< How much wider at the ground, in radii.
+    float length = 0; ///< Metres.
+
+    void widen(CurvePoint& point) const
+    {
+        if (point.along >= length)
+            return;
+        const float left = 1 - point.along / length;
+        const float factor = 1 + share * left * left * left;
+        const float factorSlope = -3 * share * left * left / length;
+        point.slope = point.slope * factor + point.radius * factorSlope;
+        point.radius *= factor;
+    }
+};
+
+RootFlare rootFlareOf(const Plan& plan, std::uint32_t segment)
+{
+    const std::vector<CurvePoint>& points = plan.scratch.points;
+    const float radius = points[0].radius;
+    const bool standsOnGround =
+        plan.skeleton.parents[segment] == kNoSegment && std::abs(points[0].position.y) <= radius;
+    const float length = std::min(plan.settings.rootFlareLength * radius, 0.75f * points.back().along);
+    return standsOnGround && length > 0 ? RootFlare{plan.settings.rootFlare, length} : RootFlare{};
+}
+
+/// Distances along an axis where rings are wanted whatever its curve; ascending.
+struct Stations
+{
+    std::array<float, 8> along{};
+    std::size_t count = 0;
+
+    void add(float station, float shortest)
+    {
+        if (station > (count == 0 ? 0 : along[count - 1]) + shortest)
+            along[count++] = station;
+    }
+};
+
+Stations flareStations(const RootFlare& flare)
+{
+    Stations stations;
+    if (flare.share > 0)
+    {
+        for (const float share : {0.1f, 0.22f, 0.38f, 0.6f, 1.f})
+            stations.add(share * flare.length, 0);
+    }
+    return stations;
+}
+
+float distanceFromParent(const TubeCollar& collar, const Vec3& position)
+{
+    const Vec3 arm = position - collar.joint;
+    return glm::length(arm - collar.direction * glm::dot(arm, collar.direction));
+}
+
+TubeCollar collarOf(const Plan& plan, std::uint32_t segment)
+{
+    const Skeleton& skeleton = plan.skeleton;
+    TubeCollar collar;
+    if (!isJoined(skeleton, segment))
+        return collar;
+    const std::uint32_t parent = skeleton.parents[segment];
+    const std::uint32_t onward = skeleton.continuations[parent];
+    const Vec3 before = directionOf(skeleton, parent);
+    const Vec3 after = isJoined(skeleton, onward) ? directionOf(skeleton, onward) : before;
+    collar.joint = skeleton.starts[segment];
+    collar.direction = directionOr(before + after, before);
+    collar.parentRadius = skeleton.endRadii[parent];
+
+    const float radius = std::min(skeleton.startRadii[segment], kHiddenWidth * collar.parentRadius);
+    const float height = plan.settings.collarFlare * radius;
+    collar.length = plan.settings.collarLength * radius;
+    collar.height = height > 0.5f * plan.settings.chordError && collar.length > 0 ? height : 0.f;
+    return collar;
+}
+
+/// Rings where the branch leaves its parent's surface and where the collar fades; sets the collar's end.
+Stations collarStations(const Plan& plan, TubeCollar& collar)
+{
+    const std::vector<CurvePoint>& points = plan.scratch.points;
+    Stations stations;
+    if (collar.height <= 0)
+        return stations;
+
+    const float radius = points[0].radius;
+    const float tilt = std::abs(glm::dot(points[0].tangent, collar.direction));
+    const float emerged = collar.parentRadius + radius * tilt;
+    const bool fine = collar.height > 4 * plan.settings.chordError;
+    constexpr std::array<float, 6> kFine{-1.f, 0.f, 0.12f, 0.32f, 0.62f, 1.f};
+    constexpr std::array<float, 6> kCoarse{0.f, 0.3f, 1.f, 1.f, 1.f, 1.f};
+
+    std::size_t k = 0;
+    collar.end = 0.9f * points.back().along;
+    float reached = distanceFromParent(collar, points[0].position);
+    for (const float share : fine ? kFine : kCoarse)
+    {
+        const float target = share < 0 ? collar.parentRadius - radius * tilt : emerged + share * collar.length;
+        float next = distanceFromParent(collar, points[k + 1].position);
+        while (next < target && k + 2 < points.size())
+        {
+            ++k;
+            reached = next;
+            next = distanceFromParent(collar, points[k + 1].position);
+        }
+        if (next < target)
+            return stations; // The branch ends first: the collar fades with it.
+        const float share01 = next > reached ? std::clamp((target - reached) / (next - reached), 0.f, 1.f) : 1.f;
+        const float along = points[k].along + share01 * (points[k + 1].along - points[k].along);
+        if (share == 1.f)
+            collar.end = std::min(along, collar.end);
+        if (along < points.back().along)
+            stations.add(along, 0.02f * radius);
+    }
+    return stations;
+}
+
+/// A branch thicker than its parent begins hidden in it and swells within a parent's diameter.
+void hideStart(const TubeCollar& collar, CurvePoint& point, float startRadius)
+{
+    const float widest = kHiddenWidth * collar.parentRadius;
+    const float length = 2 * collar.parentRadius;
+    if (startRadius <= widest || point.along >= length)
+        return;
+    const float t = point.along / length;
+    const float smooth = t * t * (3 - 2 * t);
+    const float hidden = widest / startRadius;
+    const float factor = hidden + (1 - hidden) * smooth;
+    const float factorSlope = (1 - hidden) * 6 * t * (1 - t) / length;
+    point.slope = point.slope * factor + point.radius * factorSlope;
+    point.radius *= factor;
+}
+
+TubeRing ringAt(const CurvePoint& point)
+{
+    const float scale = 1 / std::sqrt(1 + point.slope * point.slope);
+    return {.centre = point.position,
+            .radius = point.radius,
+            .tangent = point.tangent,
+            .along = point.along,
+            .slope = point.slope,
+            .normal = {scale, -point.slope * scale}};
+}
+
+/// True if the tube between two rings passes through itself on the inside of a bend.
+bool foldsBetween(const TubeRing& a, const TubeRing& b)
+{
+    const Vec3 forward = a.tangent + b.tangent;
+    const Vec3 turn = b.tangent - a.tangent;
+    const float advance = glm::dot(b.centre - a.centre, forward);
+    const float inside = (a.radius + b.radius) * 0.5f * glm::length(turn) * glm::length(forward);
+    return advance < 1.1f * inside;
+}
+
+bool isStraightBetween(const TubeRing& a, const TubeRing& b)
+{
+    return glm::dot(a.tangent, b.tangent) > kStraightCosine && std::abs(a.slope - b.slope) < kStraightSlope &&
+           std::abs(a.radius + a.slope * (b.along - a.along) - b.radius) <= kStraightRadius * a.radius;
+}
+
+/// The rings of one tube while they are laid; drops those that would fold the tube or that a straight cone does
+/// without.
+class RingRow
+{
+public:
+    explicit RingRow(std::vector<TubeRing>& rings) : rings_(rings), first_(rings.size()) {}
+
+    void add(const TubeRing& ring)
+    {
+        if (count() > 0 && foldsBetween(rings_.back(), ring))
+            return;
+        if (count() > 1 && !rings_.back().pinned)
+        {
+            const TubeRing& before = rings_[rings_.size() - 2];
+            if (isStraightBetween(before, rings_.back()) && isStraightBetween(before, ring))
+                rings_.pop_back();
+        }
+        rings_.push_back(ring);
+    }
+
+    /// The end of the axis, which is kept at the cost of what it would fold with.
+    void addLast(const TubeRing& ring)
+    {
+        while (count() > 1 && foldsBetween(rings_.back(), ring))
+            rings_.pop_back();
+        const bool folds = foldsBetween(rings_.back(), ring);
+        if (!folds)
+            add(ring);
+        else
+            rings_.push_back(ring);
+    }
+
+    [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(rings_.size() - first_); }
+
+private:
+    std::vector<TubeRing>& rings_;
+    std::size_t first_;
+};
+
+/// A dome of one radius' height over the last ring, as round as the chord error asks; its last ring is the apex.
+void addCap(const TubeSettings& settings, std::vector<TubeRing>& rings)
+{
+    const TubeRing end = rings.back();
+    if (!(end.radius > 0))
+        return;
+    const float wanted = 0.25f * static_cast<float>(math::kPi) * std::sqrt(end.radius / (2 * settings.chordError));
+    const auto count = static_cast<std::uint32_t>(std::clamp(std::ceil(wanted), 1.f, static_cast<float>(kMaxCapRings)));
+    for (std::uint32_t i = 1; i <= count; ++i)
+    {
+        const math::SinCos angle = math::sinCosDegrees(90.0 * i / count);
+        TubeRing ring = end;
+        ring.normal = {static_cast<float>(angle.cos), static_cast<float>(angle.sin)};
+        ring.centre += end.tangent * (end.radius * ring.normal.y);
+        ring.radius *= ring.normal.x;
+        ring.along += end.radius * static_cast<float>(0.5 * math::kPi * i / count);
+        rings.push_back(ring);
+    }
+}
+
+void layFrames(const Vec3& firstSide, std::span<TubeRing> rings)
+{
+    rings[0].side = sideNormalTo(rings[0].tangent, firstSide);
+    for (std::size_t i = 1; i < rings.size(); ++i)
+    {
+        const TubeRing& before = rings[i - 1];
+        rings[i].side = transportSide(before.side, before.centre, before.tangent, rings[i].centre, rings[i].tangent);
+    }
+}
+
+AxisStart startOf(const Plan& plan, std::uint32_t segment, const TubeCollar& collar)
+{
+    const Skeleton& skeleton = plan.skeleton;
+    const std::vector<AxisJoint>& joints = plan.scratch.joints;
+    const Vec3 own = directionOr(joints[1].position - joints[0].position, Vec3(0, 1, 0));
+    if (collar.parentRadius <= 0)
+        return {.tangent = own, .reach = glm::length(joints[1].position - joints[0].position)};
+
+    // As thick as its parent, a branch bends out of it just as the continuation does; thinner, it bends less.
+    const std::uint32_t parent = skeleton.parents[segment];
+    const float lean = 0.5f * std::min(skeleton.startRadii[segment] / collar.parentRadius, 1.f);
+    const Vec3 tangent = directionOr(glm::mix(own, directionOf(skeleton, parent), lean), own);
+    return {.tangent = tangent, .reach = glm::length(skeleton.ends[parent] - skeleton.starts[parent])};
+}
+
+/// Lowers the first ring of a leaning trunk until no edge of it is above its centre.
+void sinkBase(TubeRing& ring)
+{
+    const float upright = std::max(ring.tangent.y, 0.f);
+    const float lean = std::sqrt(std::max(1 - upright * upright, 0.f));
+    const float sink = ring.radius * std::min(lean / std::max(upright, 1e-3f), 1.f);
+    ring.centre -= ring.tangent * sink;
+    ring.along -= sink;
+}
+
+void planTube(const Plan& plan, std::uint32_t segment)
+{
+    TubeScratch& scratch = plan.scratch;
+    Tube tube{.firstRing = static_cast<std::uint32_t>(scratch.rings.size()), .collar = collarOf(plan, segment)};
+    sampleAxis(startOf(plan, segment, tube.collar), plan.rounding, scratch.joints, scratch.points);
+
+    const float startRadius = scratch.points[0].radius;
+    const RootFlare flare = rootFlareOf(plan, segment);
+    const Stations stations = flare.share > 0 ? flareStations(flare) : collarStations(plan, tube.collar);
+    const auto shaped = [&](CurvePoint point, bool pinned)
+    {
+        flare.widen(point);
+        if (tube.collar.parentRadius > 0)
+            hideStart(tube.collar, point, startRadius);
+        TubeRing ring = ringAt(point);
+        ring.pinned = pinned;
+        return ring;
+    };
+
+    RingRow row(scratch.rings);
+    std::size_t nextStation = 0;
+    float thickest = 0;
+    row.add(shaped(scratch.points[0], true));
+    for (std::size_t i = 1; i < scratch.points.size(); ++i)
+    {
+        const CurvePoint& point = scratch.points[i];
+        for (; nextStation < stations.count && stations.along[nextStation] < point.along; ++nextStation)
+            row.add(shaped(pointBetween(scratch.points[i - 1], point, stations.along[nextStation]), true));
+        if (i + 1 < scratch.points.size())
+            row.add(shaped(point, false));
+        else
+            row.addLast(shaped(point, true));
+        thickest = std::max(thickest, point.radius);
+    }
+    thickest = std::max(thickest, scratch.rings[tube.firstRing].radius);
+
+    if (flare.share > 0)
+        sinkBase(scratch.rings[tube.firstRing]);
+    addCap(plan.settings, scratch.rings);
+    const std::span<TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
+    layFrames(plan.skeleton.lefts[segment], rings);
+
+    const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points);
+    tube.ringCount = static_cast<std::uint32_t>(rings.size());
+    tube.sides = sidesFor(thickest, plan.settings);
+    tube.repeats = std::max(1.f, std::floor(circumference / plan.tile + 0.5f));
+    tube.repeatsPerMetre = 1 / std::max(circumference / tube.repeats, plan.tile / kFinestBark);
+    tube.hasBase = rings[0].radius > 0;
+    scratch.tubes.push_back(tube);
+}
+
+std::uint64_t vertexCountOf(const Tube& tube)
+{
+    return std::uint64_t{tube.ringCount} * (tube.sides + 1) + (tube.hasBase ? tube.sides : 0);
+}
+
+/// Two triangles a side between rings, one towards the apex; the base is a fan over its rim.
+std::uint64_t indexCountOf(const Tube& tube)
+{
+    return 3 * (std::uint64_t{tube.sides} * (2 * tube.ringCount - 3) + (tube.hasBase ? tube.sides - 2 : 0));
+}
+
+/// Makes sure that the circle of `sides` sides is in the table.
+void prepareCircle(std::uint32_t sides, TubeScratch& scratch)
+{
+    if (scratch.circleStarts[sides] != 0)
+        return;
+    scratch.circleStarts[sides] = static_cast<std::uint32_t>(scratch.circlePoints.size()) + 1;
+    for (std::uint32_t j = 0; j <= sides; ++j)
+    {
+        const math::SinCos point = math::sinCosDegrees(360.0 * (j % sides) / sides);
+        scratch.circlePoints.push_back({static_cast<float>(point.cos), static_cast<float>(point.sin)});
+    }
+}
+
+struct SurfacePoint
+{
+    Vec3 position;
+    Vec3 normal;
+    Vec3 tangent;
+};
+
+/// A point on a ring in the collar's reach.
+///
+/// The collar is a fillet: a vertex moves outwards by height * fade(x) * (1 - g.e), where x is its distance from the
+/// parent's surface in collar lengths, e its direction from the branch's axis and g that from the parent's. So it fills
+/// the crotch, where e and g oppose, and leaves alone where both surfaces already run together. Its normals turn into
+/// the parent's where it meets it, so light crosses the joint without an edge.
+SurfacePoint collarPoint(const TubeCollar& collar, const TubeRing& ring, const Vec3& outward, const Vec3& around)
+{
+    const Vec3 bare = ring.centre + ring.radius * outward;
+    const Vec3 arm = bare - collar.joint;
+    const Vec3 offset = arm - collar.direction * glm::dot(arm, collar.direction);
+    const float distance = glm::length(offset);
+    const Vec3 away = distance > 1e-6f * collar.parentRadius ? offset / distance : Vec3(0);
+
+    // A quarter ellipse whose steep end is blunted: it is hidden in the parent, and its normal with it.
+    const float x = std::clamp((distance - collar.parentRadius) / collar.length, 0.02f, 1.f);
+    const float root = std::sqrt(x * (2 - x));
+    const float late = std::clamp(2 * ring.along / collar.end - 1, 0.f, 1.f);
+    const float height = collar.height * (1 - late * late * (3 - 2 * late));
+    const float opposition = 1 - glm::dot(away, outward);
+    const float lift = height * (1 - root) * opposition;
+    const float fall = -height * (1 - x) / (root * collar.length) * opposition;
+
+    const float radius = ring.radius + lift;
+    const float awayAlong = glm::dot(away, ring.tangent);
+    const float awayAround = glm::dot(away, around);
+    const float slopeAlong = ring.slope + fall * awayAlong;
+    const float slopeAround = (fall * ring.radius - height * (1 - root)) * awayAround / radius;
+    const Vec3 own = directionOr(outward - slopeAlong * ring.tangent - slopeAround * around, outward);
+
+    const float near = 1 - x;
+    const float blend = 0.85f * near * near * near * near * (height / collar.height);
+    const Vec3 parents = away - outward * std::min(glm::dot(away, outward), 0.f);
+    const Vec3 normal = directionOr(glm::mix(own, directionOr(parents, own), blend), own);
+    const Vec3 tangent = directionOr(around - normal * glm::dot(normal, around), around);
+    return {ring.centre + radius * outward, normal, tangent};
+}
+
+/// Writes one tube and returns where the next one's vertices and indices go.
+class TubeWriter
+{
+public:
+    TubeWriter(const TubeScratch& scratch, float tile, TreeMesh& mesh, std::size_t vertex, std::size_t index)
+        : scratch_(scratch), tile_(tile), mesh_(mesh), vertex_(vertex), index_(index)
+    {
+    }
+
+    void write(const Tube& tube)
+    {
+        const auto first = static_cast<std::uint32_t>(vertex_);
+        const std::span<const Vec2> circle(&scratch_.circlePoints[scratch_.circleStarts[tube.sides] - 1],
+                                           tube.sides + 1);
+        const std::span<const TubeRing> rings(&scratch_.rings[tube.firstRing], tube.ringCount);
+        for (const TubeRing& ring : rings)
+        {
+            if (tube.collar.height > 0 && ring.along < tube.collar.end)
+                writeCollarRing(tube, ring, circle);
+            else
+                writeRing(tube, ring, circle);
+        }
+        writeSides(tube, first);
+        if (tube.hasBase)
+            writeBase(tube, rings[0], first);
+    }
+
+private:
+    void writeRing(const Tube& tube, const TubeRing& ring, std::span<const Vec2> circle)
+    {
+        const Vec3 up = glm::cross(ring.tangent, ring.side);
+        const Vec3 lean = ring.tangent * ring.normal.y;
+        const float v = ring.along * tube.repeatsPerMetre;
+        const float uStep = tube.repeats / static_cast<float>(tube.sides);
+        for (std::size_t j = 0; j < circle.size(); ++j)
+        {
+            const Vec3 outward = ring.side * circle[j].x + up * circle[j].y;
+            mesh_.positions[vertex_] = ring.centre + outward * ring.radius;
+            mesh_.normals[vertex_] = outward * ring.normal.x + lean;
+            mesh_.tangents[vertex_] = Vec4(up * circle[j].x - ring.side * circle[j].y, 1);
+            mesh_.uvs[vertex_] = {static_cast<float>(j) * uStep, v};
+            ++vertex_;
+        }
+        mesh_.uvs[vertex_ - 1].x = tube.repeats;
+    }
+
+    void writeCollarRing(const Tube& tube, const TubeRing& ring, std::span<const Vec2> circle)
+    {
+        const Vec3 up = glm::cross(ring.tangent, ring.side);
+        const float uStep = tube.repeats / static_cast<float>(tube.sides);
+        for (std::size_t j = 0; j < circle.size(); ++j)
+        {
+            const Vec3 outward = ring.side * circle[j].x + up * circle[j].y;
+            const Vec3 around = up * circle[j].x - ring.side * circle[j].y;
+            const SurfacePoint point = collarPoint(tube.collar, ring, outward, around);
+            mesh_.positions[vertex_] = point.position;
+            mesh_.normals[vertex_] = point.normal;
+            mesh_.tangents[vertex_] = Vec4(point.tangent, 1);
+            mesh_.uvs[vertex_] = {static_cast<float>(j) * uStep, ring.along * tube.repeatsPerMetre};
+            ++vertex_;
+        }
+        mesh_.uvs[vertex_ - 1].x = tube.repeats;
+    }
+
+    void writeSides(const Tube& tube, std::uint32_t first)
+    {
+        const std::uint32_t stride = tube.sides + 1;
+        for (std::uint32_t i = 0; i + 1 < tube.ringCount; ++i)
+        {
+            const bool toApex = i + 2 == tube.ringCount;
+            for (std::uint32_t a = first + i * stride; a < first + i * stride + tube.sides; ++a)
+            {
+                writeTriangle(a, a + 1, a + stride);
+                if (!toApex)
+                    writeTriangle(a + 1, a + stride + 1, a + stride);
+            }
+        }
+    }
+
+    void writeBase(const Tube& tube, const TubeRing& ring, std::uint32_t first)
+    {
+        const auto rim = static_cast<std::uint32_t>(vertex_);
+        const Vec3 up = glm::cross(ring.tangent, ring.side);
+        for (std::uint32_t j = 0; j < tube.sides; ++j)
+        {
+            const Vec3 position = mesh_.positions[first + j];
+            const Vec3 arm = position - ring.centre;
+            mesh_.positions[vertex_] = position;
+            mesh_.normals[vertex_] = -ring.tangent;
+            mesh_.tangents[vertex_] = Vec4(ring.side, -1);
+            mesh_.uvs[vertex_] = Vec2(glm::dot(arm, ring.side), glm::dot(arm, up)) / tile_;
+            ++vertex_;
+        }
+        for (std::uint32_t j = 1; j + 1 < tube.sides; ++j)
+            writeTriangle(rim, rim + j + 1, rim + j);
+    }
+
+    void writeTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c)
+    {
+        mesh_.indices[index_++] = a;
+        mesh_.indices[index_++] = b;
+        mesh_.indices[index_++] = c;
+    }
+
+    const TubeScratch& scratch_;
+    float tile_;
+    TreeMesh& mesh_;
+    std::size_t vertex_;
+    std::size_t index_;
+};
+
+} // namespace
+
+TubeResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+                     const Limits& limits, TubeScratch& scratch, TreeMesh& mesh)
+{
+    if (!isSound(skeleton) || !isWithin(skeleton, static_cast<float>(limits.coordinate)))
+        return TubeResult::UnsoundSkeleton;
+
+    const TubeSettings kept = clamped(settings);
+    const AxisRounding rounding{.smoothing = kept.smoothing,
+                                .cosMaxTurn = static_cast<float>(math::cos(static_cast<double>(kept.maxRingAngle)))};
+    const Plan plan{skeleton, kept, rounding, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
+
+    scratch.rings.clear();
+    scratch.tubes.clear();
+    std::uint64_t vertices = mesh.positions.size();
+    std::uint64_t indices = mesh.indices.size();
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+    {
+        if (!startsTube(skeleton, i) || !gatherJoints(skeleton, i, scratch.joints))
+            continue;
+        planTube(plan, i);
+        vertices += vertexCountOf(scratch.tubes.back());
+        indices += indexCountOf(scratch.tubes.back());
+        if (vertices > limits.vertices || indices > std::numeric_limits<std::uint32_t>::max())
+            return TubeResult::TooManyVertices;
+        prepareCircle(scratch.tubes.back().sides, scratch);
+    }
+    if (scratch.tubes.empty())
+        return TubeResult::EmptySkeleton;
+
+    const std::size_t firstVertex = mesh.positions.size();
+    const std::size_t firstIndex = mesh.indices.size();
+    mesh.positions.resize(vertices);
+    mesh.normals.resize(vertices);
+    mesh.tangents.resize(vertices);
+    mesh.uvs.resize(vertices);
+    mesh.indices.resize(indices);
+    TubeWriter writer(scratch, plan.tile, mesh, firstVertex, firstIndex);
+    for (const Tube& tube : scratch.tubes)
+        writer.write(tube);
+    mesh.parts.push_back({.material = MeshMaterial::Bark,
+                          .firstIndex = static_cast<std::uint32_t>(firstIndex),
+                          .indexCount = static_cast<std::uint32_t>(indices - firstIndex)});
+    return TubeResult::Ok;
+}
+
+} // namespace espalier

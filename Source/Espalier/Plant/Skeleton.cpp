@@ -1,0 +1,132 @@
+#include <Espalier/Core/Hash.h>
+#include <Espalier/Plant/Skeleton.h>
+#include <cmath>
+#include <span>
+
+namespace espalier
+{
+namespace
+{
+
+void hashAll(Hash64& hash, const std::vector<Vec3>& all)
+{
+    hash.value(std::uint64_t{all.size()});
+    for (const Vec3& v : all)
+    {
+        hash.value(v.x);
+        hash.value(v.y);
+        hash.value(v.z);
+    }
+}
+
+template <class T>
+void hashAll(Hash64& hash, const std::vector<T>& all)
+{
+    hash.value(std::uint64_t{all.size()});
+    hash.values(std::span<const T>(all));
+}
+
+bool isFinite(const Vec3& v)
+{
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+}
+
+bool isMeasure(float metres)
+{
+    return std::isfinite(metres) && metres >= 0;
+}
+
+bool arraysHaveSize(const Skeleton& s, std::size_t size)
+{
+    return s.starts.size() == size && s.ends.size() == size && s.headings.size() == size && s.lefts.size() == size &&
+           s.lengths.size() == size && s.startRadii.size() == size && s.endRadii.size() == size &&
+           s.continuations.size() == size && s.orders.size() == size && s.materials.size() == size &&
+           s.instances.size() == size;
+}
+
+bool numbersAreSound(const Skeleton& s, std::uint32_t i)
+{
+    return isFinite(s.starts[i]) && isFinite(s.ends[i]) && isFinite(s.headings[i]) && isFinite(s.lefts[i]) &&
+           isMeasure(s.lengths[i]) && isMeasure(s.startRadii[i]) && isMeasure(s.endRadii[i]);
+}
+
+bool indicesAreSound(const Skeleton& s, std::uint32_t i)
+{
+    const std::uint32_t parent = s.parents[i];
+    const std::uint32_t next = s.continuations[i];
+    const std::uint32_t instance = s.instances[i];
+    return (parent == kNoSegment || parent < i) && (next == kNoSegment || (next < s.size() && s.parents[next] == i)) &&
+           (instance == kNoSegment || instance < s.instanceRecords.size());
+}
+
+} // namespace
+
+void Skeleton::clear() noexcept
+{
+    starts.clear();
+    ends.clear();
+    headings.clear();
+    lefts.clear();
+    lengths.clear();
+    startRadii.clear();
+    endRadii.clear();
+    parents.clear();
+    continuations.clear();
+    orders.clear();
+    materials.clear();
+    instances.clear();
+    instanceRecords.clear();
+    widthsGiven = false;
+    minY = 0;
+    maxY = 0;
+    maxRadius = 0;
+}
+
+std::uint64_t hashOf(const Skeleton& skeleton) noexcept
+{
+    Hash64 hash;
+    hashAll(hash, skeleton.starts);
+    hashAll(hash, skeleton.ends);
+    hashAll(hash, skeleton.headings);
+    hashAll(hash, skeleton.lefts);
+    hashAll(hash, skeleton.lengths);
+    hashAll(hash, skeleton.startRadii);
+    hashAll(hash, skeleton.endRadii);
+    hashAll(hash, skeleton.parents);
+    hashAll(hash, skeleton.continuations);
+    hashAll(hash, skeleton.orders);
+    hashAll(hash, skeleton.materials);
+    hashAll(hash, skeleton.instances);
+    hash.value(std::uint64_t{skeleton.instanceRecords.size()});
+    for (const SkeletonInstance& instance : skeleton.instanceRecords)
+    {
+        hash.value(instance.parent);
+        hash.value(instance.production);
+        hash.value(instance.row);
+    }
+    hash.value(std::uint8_t{skeleton.widthsGiven});
+    hash.value(skeleton.minY);
+    hash.value(skeleton.maxY);
+    hash.value(skeleton.maxRadius);
+    return hash.result();
+}
+
+bool isSound(const Skeleton& skeleton) noexcept
+{
+    if (!arraysHaveSize(skeleton, skeleton.parents.size()) || skeleton.parents.size() >= kNoSegment)
+        return false;
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+    {
+        if (!numbersAreSound(skeleton, i) || !indicesAreSound(skeleton, i))
+            return false;
+    }
+    for (std::size_t i = 0; i < skeleton.instanceRecords.size(); ++i)
+    {
+        const std::uint32_t parent = skeleton.instanceRecords[i].parent;
+        if (parent != kNoSegment && parent >= i)
+            return false;
+    }
+    return std::isfinite(skeleton.minY) && std::isfinite(skeleton.maxY) && isMeasure(skeleton.maxRadius);
+}
+
+} // namespace espalier

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <Espalier/Core/Error.h>
+#include <Espalier/Core/Limits.h>
+#include <Espalier/Core/Random.h>
+#include <Espalier/Grammar/Derivation.h>
+#include <Espalier/Plant/Skeleton.h>
+#include <Espalier/Species/Species.h>
+#include <Espalier/Turtle/Turtle.h>
+#include <optional>
+#include <vector>
+
+namespace espalier {
+
+/// How one tree is grown. The same species, seed and options give the same bits.
+struct GrowOptions
+{
+    DerivationBudget budget{.productions = 1u << 20, .depth = 1024, .modules = 4u << 20};
+    Limits limits;
+    std::optional<std::uint32_t> attempt; ///< Take this attempt whether it fits the window or not (while a designer edits).
+};
+
+/// Memory that growing needs; reuse it and nothing is allocated after warm-up. One per thread.
+struct GrowScratch
+{
+    DerivationScratch derivation;
+    TurtleScratch turtle;
+};
+
+/// What one attempt would become, without drawing it.
+struct GrowthSample
+{
+    std::uint32_t segments = 0;
+    std::uint32_t instances = 0;
+    std::uint32_t depth = 0;    ///< Nested template instances.
+    std::uint64_t topology = 0; ///< Hash of its word without parameters.
+    bool whole = true;          ///< False if it was left because it grew too large.
+};
+
+/// A species made ready: its grammar compiled, its symbols bound to the turtle. Immutable; share it among threads.
+class Grower
+{
+public:
+    [[nodiscard]] static Expected<Grower> make(const Species& species);
+
+    /// Grows the tree of `seed` into `skeleton`, axes and radii included. Depth first, without building a word; nothing is
+    /// allocated once `scratch` and `skeleton` are warm. On failure `skeleton` is empty.
+    [[nodiscard]] Expected<void> grow(Seed seed, const GrowOptions& options, GrowScratch& scratch, Skeleton& skeleton) const;
+
+    /// The attempt that grow takes for `seed`.
+    [[nodiscard]] Expected<std::uint32_t> acceptedAttempt(Seed seed, const GrowOptions& options, GrowScratch& scratch) const;
+
+    /// Derives one attempt and counts. Leaves off once there are more than `mostSegments`.
+    [[nodiscard]] Expected<GrowthSample> sample(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
+                                                std::uint32_t mostSegments = 0xffffffffu) const;
+
+private:
+    Grower(GrammarProgram program, const Species& species);
+
+    GrammarProgram program_;
+    std::vector<TurtleCommand> commands_;    ///< Of each symbol.
+    std::vector<std::uint64_t> nameHashes_;  ///< Of each symbol: ids depend on the text, names do not.
+    TurtleSettings turtle_;
+    std::optional<GrowthWindow> window_;
+    PipeModel pipes_;
+};
+
+/// One tree, for those who grow few: Grower::make and grow in one call.
+[[nodiscard]] Expected<Skeleton> grow(const Species& species, Seed seed, const GrowOptions& options = {});
+
+} // namespace espalier

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <Espalier/Core/Error.h>
+#include <Espalier/Core/Limits.h>
+#include <Espalier/Grammar/Grammar.h>
+#include <Espalier/Species/Appearance.h>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace espalier {
+
+/// Which derivations of the grammar are trees of this kind: neither too small nor too large, nor a copy of the one that was
+/// drawn. The first of `attempts` attempts that fits is taken, else the nearest; so a seed always gives a tree.
+struct GrowthWindow
+{
+    std::uint32_t minSegments = 0;
+    std::uint32_t maxSegments = 0xffffffffu;
+    std::uint32_t minDepth = 0; ///< In nested template instances.
+    std::uint32_t maxDepth = 0xffffffffu;
+    std::uint32_t attempts = 32;       ///< [1, 1024]
+    std::vector<std::uint64_t> copies; ///< Topology hashes of the drawn trees (GrowthSample::topology), which are not grown again.
+
+    friend bool operator==(const GrowthWindow&, const GrowthWindow&) = default;
+};
+
+/// Where a species came from, for people and tools; growing does not read it.
+struct Provenance
+{
+    std::string method;      ///< The inference preset and its version, such as "kin 1"; empty for hand-written species.
+    std::string archetypes;  ///< Hash of what was drawn, 16 hex digits.
+    double mergeWeight = 0;
+    double ruleWeight = 0;
+    std::uint32_t exemplarSegments = 0;  ///< Mean over the drawn trees.
+    std::uint32_t exemplarInstances = 0;
+    std::string note;        ///< What the designer should know, such as how many relatives the tree allows.
+
+    friend bool operator==(const Provenance&, const Provenance&) = default;
+};
+
+/// The asset that a game ships: rules, what was observed, and a skin. A plain document; Grower makes it ready to grow.
+struct Species
+{
+    std::string name;
+    Grammar grammar;
+    std::vector<TransformTable> tables; ///< Unique names.
+    std::optional<GrowthWindow> window; ///< None: every derivation is taken.
+    Appearance appearance;
+    Provenance provenance;
+
+    friend bool operator==(const Species&, const Species&) = default;
+};
+
+/// Reads the text of a `.species` file (DESIGN 5). Errors give line and column, inside the grammar too.
+[[nodiscard]] Expected<Species> parseSpecies(std::string text, std::string_view file, const Limits& limits = {});
+
+/// The text form; parseSpecies(printSpecies(s)) == s.
+[[nodiscard]] std::string printSpecies(const Species& species);
+
+[[nodiscard]] Expected<Species> loadSpecies(const std::filesystem::path& path, const Limits& limits = {});
+
+/// Writes atomically; refuses a species that could not be read back.
+[[nodiscard]] Expected<void> saveSpecies(const std::filesystem::path& path, const Species& species);
+
+/// Identity of a species: a hash of its text.
+[[nodiscard]] std::uint64_t hashOf(const Species& species);
+
+} // namespace espalier

@@ -1,0 +1,376 @@
+#include <Espalier/Species/Species.h>
+
+#include <Espalier/Core/File.h>
+#include <Espalier/Core/Hash.h>
+#include <Espalier/Core/Json.h>
+#include <Espalier/Grammar/Derivation.h>
+#include <algorithm>
+#include <charconv>
+
+namespace espalier {
+
+namespace {
+
+constexpr std::uint64_t kVersion = 1;
+using Value = JsonDocument::Value;
+
+std::string hex(std::uint64_t value)
+{
+    std::string text(16, '0');
+    for (std::size_t i = 16; i-- > 0; value >>= 4)
+        text[i] = "0123456789abcdef"[value & 15];
+    return text;
+}
+
+/// Reads optional keys of an object into fields; remembers the first error and does nothing after it.
+class Fields
+{
+public:
+    explicit Fields(const Value& object) : object_(object) {}
+
+    Fields& number(std::string_view key, auto& field, double low, double high)
+    {
+        return read(key, [&](const Value& value) {
+            return value.number(key, low, high).map([&](double v) { field = static_cast<std::remove_reference_t<decltype(field)>>(v); });
+        });
+    }
+    Fields& count(std::string_view key, std::uint32_t& field, std::uint32_t low, std::uint32_t high)
+    {
+        return read(key, [&](const Value& value) {
+            return value.count(key, low, high).map([&](std::uint64_t v) { field = static_cast<std::uint32_t>(v); });
+        });
+    }
+    Fields& string(std::string_view key, std::string& field)
+    {
+        return read(key, [&](const Value& value) { return value.string(key).map([&](std::string_view v) { field = v; }); });
+    }
+    /// Any other shape: `reader(value)` returns Expected<void>.
+    template <class Reader>
+    Fields& read(std::string_view key, Reader&& reader)
+    {
+        if (const Value value = object_[key]; result_ && value.exists())
+            result_ = reader(value);
+        return *this;
+    }
+    [[nodiscard]] Expected<void> result() const { return result_; }
+
+private:
+    Value object_;
+    Expected<void> result_;
+};
+
+Expected<void> readPair(const Value& value, std::string_view role, std::uint32_t& low, std::uint32_t& high)
+{
+    if (auto done = value.requireArray(role); !done)
+        return done;
+    const std::vector<Value> items = value.items();
+    if (items.size() != 2)
+        return value.fail(std::string(role) + " has " + std::to_string(items.size()) + " elements", "the least and the most: [low, high]");
+    const auto least = items[0].count(role, 0, 0xffffffffu);
+    if (!least)
+        return tl::make_unexpected(least.error());
+    const auto most = items[1].count(role, *least, 0xffffffffu);
+    if (!most)
+        return tl::make_unexpected(most.error());
+    low = static_cast<std::uint32_t>(*least);
+    high = static_cast<std::uint32_t>(*most);
+    return {};
+}
+
+Expected<void> readWindow(const Value& value, GrowthWindow& window)
+{
+    if (auto done = value.requireObject("window", {"segments", "depth", "attempts", "copies"}); !done)
+        return done;
+    return Fields(value)
+        .read("segments", [&](const Value& v) { return readPair(v, "segments", window.minSegments, window.maxSegments); })
+        .read("depth", [&](const Value& v) { return readPair(v, "depth", window.minDepth, window.maxDepth); })
+        .count("attempts", window.attempts, 1, 1024)
+        .read("copies",
+              [&](const Value& v) -> Expected<void> {
+                  if (auto done = v.requireArray("copies"); !done)
+                      return done;
+                  for (const Value& item : v.items())
+                  {
+                      const auto text = item.string("a topology hash");
+                      if (!text)
+                          return tl::make_unexpected(text.error());
+                      std::uint64_t hash = 0;
+                      for (const char c : *text)
+                          hash = hash << 4 | static_cast<std::uint64_t>(c >= 'a' ? c - 'a' + 10 : c - '0');
+                      if (hex(hash) != *text)
+                          return item.fail("this is no hash", "16 lower-case hexadecimal digits");
+                      window.copies.push_back(hash);
+                  }
+                  return {};
+              })
+        .result();
+}
+
+Expected<void> readAppearance(const Value& value, Appearance& appearance)
+{
+    if (auto done = value.requireObject("appearance", {"pipes", "bark"}); !done)
+        return done;
+    const auto readColour = [&](const Value& v) -> Expected<void> {
+        if (auto done = v.requireArray("colour"); !done)
+            return done;
+        const std::vector<Value> items = v.items();
+        if (items.size() != 3)
+            return v.fail("the colour has " + std::to_string(items.size()) + " components", "red, green and blue, linear, from 0 to 1");
+        for (int i = 0; i < 3; ++i)
+        {
+            const auto component = items[static_cast<std::size_t>(i)].number("a colour component", 0, 1);
+            if (!component)
+                return tl::make_unexpected(component.error());
+            appearance.bark.colour[i] = static_cast<float>(*component);
+        }
+        return {};
+    };
+    return Fields(value)
+        .read("pipes",
+              [&](const Value& v) -> Expected<void> {
+                  if (auto done = v.requireObject("pipes", {"tipRadius", "exponent", "pipesPerMetre"}); !done)
+                      return done;
+                  return Fields(v)
+                      .number("tipRadius", appearance.pipes.tipRadius, 1e-5, 1)
+                      .number("exponent", appearance.pipes.exponent, 1, 4)
+                      .number("pipesPerMetre", appearance.pipes.pipesPerMetre, 0, 1000)
+                      .result();
+              })
+        .read("bark",
+              [&](const Value& v) -> Expected<void> {
+                  if (auto done = v.requireObject("bark", {"colour", "roughness", "tile"}); !done)
+                      return done;
+                  return Fields(v)
+                      .read("colour", readColour)
+                      .number("roughness", appearance.bark.roughness, 0, 1)
+                      .number("tile", appearance.bark.tile, 1e-3, 100)
+                      .result();
+              })
+        .result();
+}
+
+Expected<void> readProvenance(const Value& value, Provenance& provenance)
+{
+    if (auto done = value.requireObject("provenance", {"method", "archetypes", "mergeWeight", "ruleWeight", "exemplarSegments",
+                                                       "exemplarInstances", "note"});
+        !done)
+        return done;
+    return Fields(value)
+        .string("method", provenance.method)
+        .string("archetypes", provenance.archetypes)
+        .number("mergeWeight", provenance.mergeWeight, 0, 1)
+        .number("ruleWeight", provenance.ruleWeight, 0, 1)
+        .count("exemplarSegments", provenance.exemplarSegments, 0, 0xffffffffu)
+        .count("exemplarInstances", provenance.exemplarInstances, 0, 0xffffffffu)
+        .string("note", provenance.note)
+        .result();
+}
+
+Expected<void> readTables(const Value& value, const Limits& limits, std::vector<TransformTable>& tables)
+{
+    if (auto done = value.requireObject("tables"); !done)
+        return done;
+    for (const Value& item : value.items())
+    {
+        TransformTable table;
+        table.name = item.key();
+        if (auto done = item.requireArray("a table"); !done)
+            return done;
+        for (const Value& row : item.items())
+        {
+            if (auto done = row.requireArray("a row"); !done)
+                return done;
+            const std::vector<Value> items = row.items();
+            if (items.size() != 4)
+                return row.fail("the row has " + std::to_string(items.size()) + " numbers", "[scaling, rotation, branching angle, roll]");
+            std::array<double, 4> values{};
+            for (std::size_t i = 0; i < 4; ++i)
+            {
+                const double most = i == 0 ? limits.coordinate : limits.angleDegrees;
+                const auto number = items[i].number(i == 0 ? "scaling" : "an angle", i == 0 ? 0 : -most, most);
+                if (!number)
+                    return tl::make_unexpected(number.error());
+                values[i] = *number;
+            }
+            table.rows.push_back(values);
+        }
+        if (table.rows.empty())
+            return item.fail("the table " + table.name + " has no row", "at least one row");
+        tables.push_back(std::move(table));
+    }
+    return {};
+}
+
+Expected<void> readGrammar(const Value& value, std::string_view file, const Limits& limits, Grammar& grammar)
+{
+    if (auto done = value.requireArray("grammar (one string a line)"); !done)
+        return done;
+    const std::vector<Value> lines = value.items();
+    std::string text;
+    for (const Value& line : lines)
+    {
+        const auto content = line.string("a line of the grammar");
+        if (!content)
+            return tl::make_unexpected(content.error());
+        if (content->find('\n') != std::string_view::npos)
+            return line.fail("a line of the grammar holds a line break", "one string for each line");
+        text += *content;
+        text += '\n';
+    }
+    Limits grammarLimits = limits;
+    grammarLimits.productions = std::max(limits.productions, limits.inferredNodes); // inference may write more than people do
+    auto parsed = parseGrammar(text, file, grammarLimits);
+    if (!parsed)
+    {
+        // The grammar's own line and column, moved to where that line stands in this file.
+        Error error = parsed.error();
+        if (error.where.line > 0 && error.where.line <= lines.size())
+        {
+            const Location line = lines[error.where.line - 1].where();
+            error.where = {line.file, line.line, line.column + error.where.column};
+        }
+        else
+            error.where = value.where();
+        return tl::make_unexpected(error);
+    }
+    grammar = std::move(*parsed);
+    return {};
+}
+
+std::string pair(std::uint32_t a, std::uint32_t b)
+{
+    return "[" + std::to_string(a) + ", " + std::to_string(b) + "]";
+}
+
+} // namespace
+
+Expected<Species> parseSpecies(std::string text, std::string_view file, const Limits& limits)
+{
+    const auto document = JsonDocument::parse(std::move(text), std::string(file), limits);
+    if (!document)
+        return tl::make_unexpected(document.error());
+    const Value root = document->root();
+    if (auto done = root.requireObject("a species", {"espalier", "version", "name", "grammar", "tables", "window", "appearance", "provenance"}); !done)
+        return tl::make_unexpected(done.error());
+    for (const std::string_view key : {"espalier", "version", "grammar"})
+        if (const auto value = root.required(key); !value)
+            return tl::make_unexpected(value.error());
+
+    Species species;
+    const auto done =
+        Fields(root)
+            .read("espalier",
+                  [](const Value& v) {
+                      return v.string("espalier").and_then([&](std::string_view kind) -> Expected<void> {
+                          if (kind != "species")
+                              return v.fail("this is the file of a " + std::string(kind), "\"espalier\": \"species\"");
+                          return {};
+                      });
+                  })
+            .read("version",
+                  [](const Value& v) {
+                      return v.count("version", 0, 1u << 30).and_then([&](std::uint64_t version) -> Expected<void> {
+                          if (version != kVersion)
+                              return v.fail("the file has version " + std::to_string(version) + " of the species format",
+                                            "version " + std::to_string(kVersion), version > kVersion ? "open it with a newer Espalier" : "");
+                          return {};
+                      });
+                  })
+            .string("name", species.name)
+            .read("tables", [&](const Value& v) { return readTables(v, limits, species.tables); })
+            .read("grammar", [&](const Value& v) { return readGrammar(v, file, limits, species.grammar); })
+            .read("window", [&](const Value& v) { return readWindow(v, species.window.emplace()); })
+            .read("appearance", [&](const Value& v) { return readAppearance(v, species.appearance); })
+            .read("provenance", [&](const Value& v) { return readProvenance(v, species.provenance); })
+            .result();
+    if (!done)
+        return tl::make_unexpected(done.error());
+
+    // Rules and tables must fit each other before anybody grows from them.
+    if (const auto program = GrammarProgram::make(species.grammar, species.tables); !program)
+    {
+        Error error = program.error();
+        const std::vector<Value> lines = root["grammar"].items();
+        error.where = error.where.line > 0 && error.where.line <= lines.size() ? lines[error.where.line - 1].where() : root["grammar"].where();
+        return tl::make_unexpected(error);
+    }
+    return species;
+}
+
+std::string printSpecies(const Species& species)
+{
+    std::string out = "{\n  \"espalier\": \"species\",\n  \"version\": " + std::to_string(kVersion) + ",\n  \"name\": " + quoteJson(species.name) +
+                      ",\n  \"grammar\": [\n";
+    const std::string grammar = printGrammar(species.grammar);
+    for (std::size_t start = 0; start < grammar.size();)
+    {
+        const std::size_t end = grammar.find('\n', start);
+        out += "    " + quoteJson(std::string_view(grammar).substr(start, end - start));
+        start = end + 1;
+        out += start < grammar.size() ? ",\n" : "\n";
+    }
+    out += "  ],\n  \"tables\": {";
+    for (std::size_t t = 0; t < species.tables.size(); ++t)
+    {
+        const TransformTable& table = species.tables[t];
+        out += (t == 0 ? "\n    " : ",\n    ") + quoteJson(table.name) + ": [";
+        for (std::size_t i = 0; i < table.rows.size(); ++i)
+        {
+            out += i == 0 ? "[" : ", [";
+            for (std::size_t k = 0; k < 4; ++k)
+                out += (k == 0 ? "" : ", ") + formatNumber(table.rows[i][k]);
+            out += ']';
+        }
+        out += ']';
+    }
+    out += species.tables.empty() ? "},\n" : "\n  },\n";
+    if (species.window)
+    {
+        const GrowthWindow& window = *species.window;
+        out += "  \"window\": {\"segments\": " + pair(window.minSegments, window.maxSegments) + ", \"depth\": " +
+               pair(window.minDepth, window.maxDepth) + ", \"attempts\": " + std::to_string(window.attempts) + ", \"copies\": [";
+        for (std::size_t i = 0; i < window.copies.size(); ++i)
+            out += (i == 0 ? "\"" : ", \"") + hex(window.copies[i]) + '"';
+        out += "]},\n";
+    }
+    const auto shortest = [](float value) { // what reads back as this float, so that 0.2f is written 0.2
+        std::array<char, 32> buffer;
+        return std::string(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
+    };
+    const Appearance& a = species.appearance;
+    out += "  \"appearance\": {\n    \"pipes\": {\"tipRadius\": " + shortest(a.pipes.tipRadius) + ", \"exponent\": " + shortest(a.pipes.exponent) +
+           ", \"pipesPerMetre\": " + shortest(a.pipes.pipesPerMetre) + "},\n    \"bark\": {\"colour\": [" + shortest(a.bark.colour.x) + ", " +
+           shortest(a.bark.colour.y) + ", " + shortest(a.bark.colour.z) + "], \"roughness\": " + shortest(a.bark.roughness) +
+           ", \"tile\": " + shortest(a.bark.tile) + "}\n  },\n";
+    const Provenance& p = species.provenance;
+    out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
+           ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
+           ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) + ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) +
+           ", \"note\": " + quoteJson(p.note) + "}\n}\n";
+    return out;
+}
+
+Expected<Species> loadSpecies(const std::filesystem::path& path, const Limits& limits)
+{
+    auto text = readTextFile(path, limits.fileBytes);
+    if (!text)
+        return tl::make_unexpected(text.error());
+    return parseSpecies(std::move(*text), path.string(), limits);
+}
+
+Expected<void> saveSpecies(const std::filesystem::path& path, const Species& species)
+{
+    const std::string text = printSpecies(species);
+    if (const auto back = parseSpecies(text, path.string()); !back)
+        return tl::make_unexpected(back.error());
+    return writeFileAtomically(path, text);
+}
+
+std::uint64_t hashOf(const Species& species)
+{
+    Hash64 hash;
+    hash.bytes(printSpecies(species));
+    return hash.result();
+}
+
+} // namespace espalier

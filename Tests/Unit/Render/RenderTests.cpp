@@ -1,0 +1,258 @@
+#include <Espalier/Render/Render.h>
+
+#include <Espalier/Species/Appearance.h>
+#include <Render/HandMadeMesh.h>
+#include <algorithm>
+#include <atomic>
+#include <functional>
+#include <gtest/gtest.h>
+#include <limits>
+#include <thread>
+
+namespace espalier {
+
+namespace {
+
+constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
+const Appearance kBark;
+
+RenderSettings small()
+{
+    RenderSettings settings;
+    settings.width = 48;
+    settings.height = 60;
+    settings.samplesPerPixel = 4;
+    return settings;
+}
+
+RenderSubject subjectOf(const TreeMesh& mesh, std::string label = {})
+{
+    return {&mesh, &kBark, std::move(label)};
+}
+
+int luminance(const Picture& picture, std::uint32_t x, std::uint32_t y)
+{
+    const std::uint8_t* pixel = picture.rgb.data() + 3 * (std::size_t{y} * picture.width + x);
+    return pixel[0] + pixel[1] + pixel[2];
+}
+
+/// Rows of `column` that are much darker than the sky above: the trunk against the sky.
+std::uint32_t darkRows(const Picture& picture, std::uint32_t column, std::uint32_t firstRow, std::uint32_t rows)
+{
+    std::uint32_t dark = 0;
+    const int sky = luminance(picture, column, firstRow);
+    for (std::uint32_t y = firstRow; y < firstRow + rows; ++y)
+        dark += luminance(picture, column, y) < sky - 150;
+    return dark;
+}
+
+} // namespace
+
+TEST(Render, RefusesWhatCannotBeDrawn)
+{
+    struct Case
+    {
+        const char* name;
+        std::function<void(TreeMesh&, RenderSettings&)> spoil;
+    };
+    const Case cases[] = {
+        {"empty mesh", [](auto& mesh, auto&) { mesh.clear(); }},
+        {"no triangles", [](auto& mesh, auto&) { mesh.indices.clear(); }},
+        {"half a triangle", [](auto& mesh, auto&) { mesh.indices.pop_back(); }},
+        {"index out of range", [](auto& mesh, auto&) { mesh.indices[0] = 12345; }},
+        {"NaN position", [](auto& mesh, auto&) { mesh.positions[0].x = kNaN; }},
+        {"far position", [](auto& mesh, auto&) { mesh.positions[0].x = 1e30f; }},
+        {"NaN normal", [](auto& mesh, auto&) { mesh.normals[0].x = kNaN; }},
+        {"NaN uv", [](auto& mesh, auto&) { mesh.uvs[0].x = kNaN; }},
+        {"missing normals", [](auto& mesh, auto&) { mesh.normals.clear(); }},
+        {"missing uvs", [](auto& mesh, auto&) { mesh.uvs.clear(); }},
+        {"no width", [](auto&, auto& settings) { settings.width = 0; }},
+        {"huge height", [](auto&, auto& settings) { settings.height = 100000; }},
+        {"no samples", [](auto&, auto& settings) { settings.samplesPerPixel = 0; }},
+        {"NaN sun", [](auto&, auto& settings) { settings.sunAzimuth = kNaN; }},
+        {"sun below the horizon", [](auto&, auto& settings) { settings.sunElevation = -0.1f; }},
+        {"wide sun", [](auto&, auto& settings) { settings.sunRadius = 1; }},
+        {"NaN camera", [](auto&, auto& settings) { settings.cameraAzimuth = kNaN; }},
+        {"camera overhead", [](auto&, auto& settings) { settings.cameraElevation = 2; }},
+        {"no field of view", [](auto&, auto& settings) { settings.fieldOfView = 0; }},
+        {"NaN field of view", [](auto&, auto& settings) { settings.fieldOfView = kNaN; }},
+        {"too many threads", [](auto&, auto& settings) { settings.threads = 100000; }},
+    };
+    for (const Case& spoilt : cases)
+    {
+        TreeMesh mesh = handMade({});
+        RenderSettings settings = small();
+        spoilt.spoil(mesh, settings);
+        const RenderSubject subject = subjectOf(mesh);
+        const Expected<Picture> results[] = {renderPicture(subject, settings), renderTurntable(subject, 2, settings),
+                                             renderContactSheet({&subject, 1}, 1, settings)};
+        for (const Expected<Picture>& result : results)
+        {
+            ASSERT_FALSE(result) << spoilt.name;
+            EXPECT_EQ(result.error().kind, ErrorKind::BadInput) << spoilt.name;
+        }
+    }
+}
+
+TEST(Render, RefusesSubjectsAndPagesThatCannotBe)
+{
+    const TreeMesh mesh = handMade({});
+    const RenderSubject subject = subjectOf(mesh);
+    EXPECT_FALSE(renderPicture({nullptr, &kBark, ""}, small()));
+    EXPECT_FALSE(renderPicture({&mesh, nullptr, ""}, small()));
+    EXPECT_FALSE(renderTurntable(subject, 0, small()));
+    EXPECT_FALSE(renderTurntable(subject, 100000, small()));
+    EXPECT_FALSE(renderContactSheet({}, 1, small()));
+    EXPECT_FALSE(renderContactSheet({&subject, 1}, 0, small()));
+
+    RenderSettings vast = small();
+    vast.width = vast.height = 8192;
+    const auto page = renderTurntable(subject, 64, vast);
+    ASSERT_FALSE(page);
+    EXPECT_EQ(page.error().kind, ErrorKind::Limit);
+}
+
+TEST(Render, DrawsSurvivingMeshesOfAnyShape)
+{
+    TreeMesh point = handMade({});
+    std::fill(point.positions.begin(), point.positions.end(), Vec3(0));
+    TreeMesh flat = handMade({.height = 0});
+    TreeMesh speck = handMade({.height = 1e-6f, .radius = 1e-7f});
+    TreeMesh vast = handMade({.height = 1e6f, .radius = 1e5f});
+    TreeMesh aloft = handMade({.base = {0, 50, 0}});
+    TreeMesh buried = handMade({.base = {3, -20, 5}});
+    TreeMesh plain = handMade({});
+    std::fill(plain.uvs.begin(), plain.uvs.end(), Vec2(0));
+    std::fill(plain.normals.begin(), plain.normals.end(), Vec3(0));
+    TreeMesh farTexture = handMade({});
+    for (Vec2& uv : farTexture.uvs)
+        uv *= 1e30f;
+    for (const TreeMesh* mesh : {&point, &flat, &speck, &vast, &aloft, &buried, &plain, &farTexture})
+        for (const float elevation : {-1.5f, 0.0f, 1.5f})
+        {
+            RenderSettings settings = small();
+            settings.cameraElevation = elevation;
+            EXPECT_TRUE(renderPicture(subjectOf(*mesh), settings));
+        }
+}
+
+TEST(Render, FramesTheTrunkWholeUnderABrightSky)
+{
+    const TreeMesh mesh = handMade({.sides = 24, .height = 3.0f, .radius = 0.2f});
+    RenderSettings settings = small();
+    settings.width = 120;
+    settings.height = 150;
+    const auto picture = renderPicture(subjectOf(mesh), settings);
+    ASSERT_TRUE(picture) << toString(picture.error());
+    const std::uint32_t dark = darkRows(*picture, 60, 0, 150);
+    EXPECT_GT(dark, 110u); // nine tenths of the height, the foot stands before bright ground
+    EXPECT_LT(dark, 140u);
+    EXPECT_LT(darkRows(*picture, 5, 0, 150), 60u); // beside it there is ground, and no trunk
+    EXPECT_GT(luminance(*picture, 5, 0), 450);
+}
+
+TEST(Render, PictureDoesNotDependOnThreads)
+{
+    const TreeMesh mesh = handMade({.sides = 24, .rings = 9});
+    RenderSettings settings = small();
+    settings.threads = 1;
+    const auto alone = renderPicture(subjectOf(mesh), settings);
+    for (const std::uint32_t threads : {0u, 2u, 3u, 7u})
+    {
+        settings.threads = threads;
+        EXPECT_EQ(renderPicture(subjectOf(mesh), settings)->rgb, alone->rgb) << threads;
+    }
+}
+
+TEST(Render, ConcurrentCallsDoNotDisturbEachOther)
+{
+    const TreeMesh mesh = handMade({});
+    const auto alone = renderPicture(subjectOf(mesh), small());
+    std::vector<Picture> pictures(3);
+    std::vector<std::thread> callers;
+    for (Picture& picture : pictures)
+        callers.emplace_back([&] { picture = *renderPicture(subjectOf(mesh), small()); });
+    for (std::thread& caller : callers)
+        caller.join();
+    for (const Picture& picture : pictures)
+        EXPECT_EQ(picture.rgb, alone->rgb);
+}
+
+TEST(Render, SheetShowsAllTreesAtOneScaleOnOneLine)
+{
+    const TreeMesh high = handMade({.sides = 24, .height = 4.0f, .radius = 0.4f});
+    const TreeMesh low = handMade({.sides = 24, .height = 2.0f, .radius = 0.4f, .base = {7, 0, 0}});
+    const RenderSubject subjects[] = {subjectOf(high), subjectOf(low)};
+    RenderSettings settings = small();
+    settings.width = 100;
+    settings.height = 125;
+    const auto sheet = renderContactSheet(subjects, 2, settings);
+    ASSERT_TRUE(sheet) << toString(sheet.error());
+    const std::uint32_t gutter = (sheet->width - 200) / 3;
+    EXPECT_EQ(sheet->width, 3 * gutter + 200);
+    EXPECT_EQ(sheet->height, 2 * gutter + 125);
+    const std::uint32_t highRows = darkRows(*sheet, gutter + 50, gutter, 125);
+    const std::uint32_t lowRows = darkRows(*sheet, 2 * gutter + 150, gutter, 125);
+    EXPECT_NEAR(static_cast<double>(lowRows) / highRows, 0.5, 0.08);
+}
+
+TEST(Render, LabelsStandUnderTheirTrees)
+{
+    const TreeMesh mesh = handMade({});
+    const RenderSubject bare[] = {subjectOf(mesh), subjectOf(mesh), subjectOf(mesh)};
+    const RenderSubject named[] = {subjectOf(mesh, "Oak"), subjectOf(mesh, std::string(1000, 'W')), subjectOf(mesh)};
+    const auto without = renderContactSheet(bare, 2, small());
+    const auto with = renderContactSheet(named, 2, small());
+    ASSERT_TRUE(without && with);
+    EXPECT_EQ(with->width, without->width);
+    EXPECT_GE(with->height, without->height + 2 * 8);
+    // The trees themselves are untouched.
+    const std::size_t firstRows = std::size_t{3} * with->width * 50;
+    EXPECT_TRUE(std::equal(with->rgb.begin(), with->rgb.begin() + static_cast<std::ptrdiff_t>(firstRows),
+                           without->rgb.begin()));
+}
+
+TEST(Render, TurntableTurnsTheTreeUnderStandingLight)
+{
+    // A round trunk looks alike from every side if the light keeps its place.
+    TreeMesh mesh = handMade({.sides = 64, .rings = 3});
+    std::fill(mesh.uvs.begin(), mesh.uvs.end(), Vec2(0));
+    RenderSettings settings = small();
+    settings.samplesPerPixel = 64;
+    const auto strip = renderTurntable(subjectOf(mesh), 4, settings);
+    ASSERT_TRUE(strip);
+    const std::uint32_t gutter = (strip->width - 4 * settings.width) / 5;
+    double difference = 0;
+    for (std::uint32_t y = 0; y < 20; ++y)
+        for (std::uint32_t x = 0; x < settings.width; ++x)
+            difference += std::abs(luminance(*strip, gutter + x, gutter + y) -
+                                   luminance(*strip, 3 * gutter + 2 * settings.width + x, gutter + y));
+    EXPECT_LT(difference / (20 * settings.width), 12);
+}
+
+TEST(Render, CancelsAndReportsOnTheCallingThread)
+{
+    const TreeMesh mesh = handMade({});
+    std::atomic<bool> cancelled = false;
+    const auto caller = std::this_thread::get_id();
+    double last = 0;
+    Progress progress;
+    progress.cancelled = &cancelled;
+    progress.report = [&](std::string_view, double done)
+    {
+        EXPECT_EQ(std::this_thread::get_id(), caller);
+        EXPECT_GE(done, last);
+        last = done;
+    };
+    RenderSettings settings = small();
+    settings.threads = 2;
+    ASSERT_TRUE(renderTurntable(subjectOf(mesh), 3, settings, progress));
+    EXPECT_EQ(last, 1);
+
+    cancelled = true;
+    const auto stopped = renderPicture(subjectOf(mesh), settings, progress);
+    ASSERT_FALSE(stopped);
+    EXPECT_EQ(stopped.error().kind, ErrorKind::Cancelled);
+}
+
+} // namespace espalier

@@ -1,0 +1,154 @@
+#!/usr/bin/env bash
+# Builds and tests everything, and closes with the line "N passed, N failed". Asks nothing.
+#   Tests/run.sh           all tests optimised and under sanitizers, the same bits from each compiler, the quickstart,
+#                          its GLB files in the Khronos validator
+#   Tests/run.sh --quick   all tests optimised, nothing else
+#   Tests/run.sh --fuzz    each fuzz target for 30 seconds, nothing else
+set -uo pipefail
+cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
+jobs=$(nproc)
+passed=0
+failed=0
+skipped=0
+
+# step TITLE COMMAND...: runs it under a headline and says how long it took. A step that counts no tests of its own
+# is one failure if it fails.
+step()
+{
+    local title=$1 start=$SECONDS status=0
+    shift
+    printf '\n=== %s\n' "$title"
+    "$@" || status=$?
+    printf '=== %s: %s after %d s\n' "$title" "$([ $status -eq 0 ] && echo good || echo FAILED)" $((SECONDS - start))
+    return $status
+}
+
+must()
+{
+    step "$@" || failed=$((failed + 1))
+}
+
+# build PRESET TARGET
+build()
+{
+    cmake --preset "$1" && cmake --build --preset "$1" --parallel "$jobs" --target "$2"
+}
+
+# check PRESET [CTEST OPTION...]: runs tests and adds them up.
+check()
+{
+    local preset=$1 report=$PWD/Build/$1/ctest.xml status=0
+    shift
+    rm -f "$report"
+    ctest --preset "$preset" --parallel "$jobs" --no-tests=error --output-junit "$report" "$@" || status=$?
+    local tests failures idle
+    tests=$(attribute tests "$report")
+    failures=$(attribute failures "$report")
+    idle=$(($(attribute disabled "$report") + $(attribute skipped "$report")))
+    # A run that broke down must not look like success.
+    if [ $status -ne 0 ] && [ "$failures" -eq 0 ]; then
+        failures=1 tests=$((tests + 1))
+    fi
+    failed=$((failed + failures))
+    skipped=$((skipped + idle))
+    passed=$((passed + tests - failures - idle))
+    [ "$failures" -eq 0 ]
+}
+
+# attribute NAME FILE: a number from the head of ctest's report; 0 without one.
+attribute()
+{
+    local value
+    value=$(grep -om1 "\b$1=\"[0-9]*\"" "$2" 2> /dev/null | grep -o '[0-9]*')
+    echo "${value:-0}"
+}
+
+# suite PRESET TARGET [CTEST OPTION...]: builds the target and runs its tests.
+suite()
+{
+    local preset=$1 target=$2
+    shift 2
+    if step "Build, preset $preset" build "$preset" "$target"; then
+        step "Test, preset $preset" check "$preset" "$@"
+    else
+        failed=$((failed + 1))
+    fi
+}
+
+install_validator()
+(
+    cd Tests/Validator || exit
+    # npm leaves this file when it has finished; while it is younger than the list there is nothing to do.
+    [ node_modules/.package-lock.json -nt package-lock.json ] && exit
+    npm ci --no-audit --no-fund && touch node_modules/.package-lock.json && exit
+    echo "The Khronos validator is missing: npm must reach its registry once. See its message above." >&2
+    exit 1
+)
+
+# Trees of both presets, for the validator.
+bake_trees()
+(
+    rm -rf Build/release/Trees
+    mkdir -p Build/release/Trees || exit
+    for archetype in Content/*.archetype; do
+        name=Build/release/Trees/$(basename "$archetype" .archetype)
+        for preset in kin helberg; do
+            Build/release/bin/espalier infer "$archetype" --preset $preset -o "$name-$preset.species" || exit
+            Build/release/bin/espalier grow "$name-$preset.species" --seed 1..25 -o "$name-$preset.glb" || exit
+        done
+    done
+)
+
+# validate FILE...: each file counts as a test.
+validate()
+{
+    node Tests/Validator/validate.mjs "$@" || return
+    passed=$((passed + $#))
+}
+
+# fuzz TARGET: 30 seconds, from what ships and the inputs kept for it.
+fuzz()
+{
+    local found=Build/fuzz/Corpus/$1 kept=Tests/Fuzz/Corpus/$1 log=Build/fuzz/$1.log seeds=(Content Templates)
+    mkdir -p "$found"
+    [ -d "$kept" ] && seeds+=("$kept")
+    if Build/fuzz/bin/Fuzz/"$1" "$found" "${seeds[@]}" -max_total_time=30 -timeout=5 -rss_limit_mb=2048 \
+        -max_len=65536 -artifact_prefix="Build/fuzz/$1-" > "$log" 2>&1; then
+        passed=$((passed + 1))
+        tail -n 1 "$log"
+    else
+        tail -n 60 "$log"
+        return 1
+    fi
+}
+
+case "${1:-}" in
+    "" | --quick | --fuzz) ;;
+    *)
+        sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' Tests/run.sh >&2
+        exit 2
+        ;;
+esac
+
+must "Install what is missing" bash Samples/install.sh --tests
+if [ "${1:-}" = --fuzz ]; then
+    must "Build, preset fuzz" build fuzz espalier_fuzzers
+    for target in Tests/Fuzz/Fuzz*.cpp; do
+        target=$(basename "$target" .cpp)
+        must "Fuzz $target" fuzz "$target"
+    done
+else
+    suite release all
+fi
+if [ $# -eq 0 ]; then
+    suite asan all
+    suite debug espalier_golden -L golden
+    suite clang espalier_golden -L golden
+    must "Quickstart, as a newcomer runs it" bash Samples/quickstart.sh
+    must "Install the Khronos validator" install_validator
+    must "Bake trees" bake_trees
+    must "Validate GLB files" validate Samples/out/*.glb Build/release/Trees/*.glb
+fi
+
+printf '\n%d passed, %d failed%s\n' $passed $failed "$([ $skipped -eq 0 ] || echo ", $skipped skipped")"
+[ $failed -eq 0 ]
