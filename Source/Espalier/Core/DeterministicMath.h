@@ -21,7 +21,7 @@ struct SinCos
 [[nodiscard]] double cos(double radians) noexcept;
 
 /// Sine and cosine of degrees: exact at multiples of 90 (so cos 90 is 0), otherwise <= 1 ulp after the reduction to
-/// [-45, 45] degrees, which is exact. |x| <= 1e9, else NaN.
+/// [-45, 45] degrees, which is exact. Zeros are positive. |x| <= 1e9, else NaN.
 [[nodiscard]] SinCos sinCosDegrees(double degrees) noexcept;
 
 /// Tangent of radians, <= 3 ulp for |x| <= 1e9.

@@ -13,6 +13,9 @@ namespace
 /// A segment is halved at most so often: 2^6 rings draw any bend that anybody asked for.
 constexpr int kMaxHalvings = 6;
 
+/// Beside a much shorter neighbour a tangent still has this share of its own segment, lest the bend become a corner.
+constexpr float kLeastReach = 0.3f;
+
 /// Below this sine of half the turn the two directions at a joint cancel: the axis folds back on itself.
 constexpr float kHairpin = 1e-3f;
 
@@ -81,8 +84,9 @@ Bezier segmentCurve(const std::vector<AxisJoint>& joints, std::size_t k, float s
     {
         // A unit tangent of full length is Catmull-Rom's on even joints; a turned one bulges less when shorter.
         const Vec3 blended = directionOr(glm::mix(here.direction, tangent, smoothing), here.direction);
-        const float turned = std::max(glm::dot(blended, here.direction), 0.2f);
-        return blended * (turned * std::min(here.length, 2 * reach) / 3.f);
+        const float turned = std::max(glm::dot(blended, here.direction), 0.35f);
+        const float length = std::clamp(2 * reach, kLeastReach * here.length, here.length);
+        return blended * (turned * length / 3.f);
     };
     return {here.position, here.position + handle(here.tangent, reachBefore),
             next.position - handle(next.tangent, reachAfter), next.position};

@@ -33,6 +33,12 @@ constexpr float kStraightRadius = 0.01f;
 /// Bark is never repeated more often than this many times per tile along thin twigs: finer only shimmers.
 constexpr float kFinestBark = 16.f;
 
+/// Where branches leave, an axis keeps this share of what it is about to lose to them: wood narrows above a fork.
+constexpr float kForkHold = 0.5f;
+
+/// How deep a collar's foot lies below the parent's surface, in radii of the branch: facets must not bare it.
+constexpr float kFootDepth = 0.1f;
+
 constexpr std::uint32_t kMaxCapRings = 4;
 
 struct Plan
@@ -95,9 +101,27 @@ bool startsTube(const Skeleton& skeleton, std::uint32_t segment)
     return skeleton.startsAxis(segment) || !isJoined(skeleton, segment);
 }
 
-/// Collects the joints of the tube that starts at `segment`. False if there is nothing to sweep.
-bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, std::vector<AxisJoint>& joints)
+void markForks(const Skeleton& skeleton, std::vector<std::uint8_t>& forks)
 {
+    forks.assign(skeleton.size(), 0);
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+    {
+        if (skeleton.startsAxis(i) && isJoined(skeleton, i))
+            forks[skeleton.parents[i]] = 1;
+    }
+}
+
+/// The radius of the tube where `segment` ends.
+float endRadiusOf(const Skeleton& skeleton, const std::vector<std::uint8_t>& forks, std::uint32_t segment)
+{
+    const float lost = skeleton.startRadii[segment] - skeleton.endRadii[segment];
+    return skeleton.endRadii[segment] + (forks[segment] && lost > 0 ? kForkHold * lost : 0.f);
+}
+
+/// Collects the joints of the tube that starts at `segment`. False if there is nothing to sweep.
+bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, TubeScratch& scratch)
+{
+    std::vector<AxisJoint>& joints = scratch.joints;
     joints.clear();
     joints.push_back({.position = skeleton.starts[segment], .radius = skeleton.startRadii[segment]});
     float thickest = joints[0].radius;
@@ -106,11 +130,12 @@ bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, std::vector<A
         if (i != segment && !isJoined(skeleton, i))
             break;
         const Vec3 step = skeleton.ends[i] - joints.back().position;
-        thickest = std::max(thickest, skeleton.endRadii[i]);
+        const float radius = endRadiusOf(skeleton, scratch.forks, i);
+        thickest = std::max(thickest, radius);
         if (glm::dot(step, step) > kSmallestStep * kSmallestStep)
-            joints.push_back({.position = skeleton.ends[i], .radius = skeleton.endRadii[i]});
+            joints.push_back({.position = skeleton.ends[i], .radius = radius});
         else
-            joints.back().radius = skeleton.endRadii[i];
+            joints.back().radius = radius;
     }
     return joints.size() > 1 && thickest > 0;
 }
@@ -127,7 +152,8 @@ float meanRadiusOf(const std::vector<CurvePoint>& points)
 std::uint32_t sidesFor(float radius, const TubeSettings& settings)
 {
     const float sides = std::ceil(static_cast<float>(math::kPi) * std::sqrt(radius / (2 * settings.chordError)));
-    return static_cast<std::uint32_t>(std::clamp(sides, static_cast<float>(settings.minSides), static_cast<float>(settings.maxSides)));
+    return static_cast<std::uint32_t>(
+        std::clamp(sides, static_cast<float>(settings.minSides), static_cast<float>(settings.maxSides)));
 }
 
 /// How the trunk widens towards the ground: 1 there, fading smoothly to 0.
@@ -182,70 +208,106 @@ Stations flareStations(const RootFlare& flare)
     return stations;
 }
 
-float distanceFromParent(const TubeCollar& collar, const Vec3& position)
+/// A place seen from the parent of a branch.
+struct ParentView
+{
+    Vec3 away{0};       ///< Unit, from the parent's axis; 0 on it.
+    float distance = 0; ///< From its axis, metres.
+    float radius = 0;   ///< The parent's there, metres.
+};
+
+ParentView viewFromParent(const TubeCollar& collar, const Vec3& position)
 {
     const Vec3 arm = position - collar.joint;
-    return glm::length(arm - collar.direction * glm::dot(arm, collar.direction));
+    const bool isAfter = glm::dot(arm, collar.before + collar.after) > 0;
+    const Vec3& axis = isAfter ? collar.after : collar.before;
+    const float along = glm::dot(arm, axis);
+    const Vec3 offset = arm - axis * along;
+    const float distance = glm::length(offset);
+    const float radius = collar.parentRadius + along * (isAfter ? collar.slopeAfter : collar.slopeBefore);
+    return {.away = distance > 1e-5f * collar.parentRadius ? offset / distance : Vec3(0),
+            .distance = distance,
+            .radius = std::clamp(radius, 0.3f * collar.parentRadius, 3 * collar.parentRadius)};
 }
 
+float heightOverParent(const TubeCollar& collar, const Vec3& position)
+{
+    const ParentView view = viewFromParent(collar, position);
+    return view.distance - view.radius;
+}
+
+float slopeBetween(const Skeleton& skeleton, std::uint32_t segment, float startRadius, float endRadius)
+{
+    const float length = glm::length(skeleton.ends[segment] - skeleton.starts[segment]);
+    return length > kSmallestStep ? (endRadius - startRadius) / length : 0.f;
+}
+
+/// What is known of the collar before the branch's curve is.
 TubeCollar collarOf(const Plan& plan, std::uint32_t segment)
 {
     const Skeleton& skeleton = plan.skeleton;
     TubeCollar collar;
     if (!isJoined(skeleton, segment))
         return collar;
+    const std::vector<std::uint8_t>& forks = plan.scratch.forks;
     const std::uint32_t parent = skeleton.parents[segment];
     const std::uint32_t onward = skeleton.continuations[parent];
-    const Vec3 before = directionOf(skeleton, parent);
-    const Vec3 after = isJoined(skeleton, onward) ? directionOf(skeleton, onward) : before;
     collar.joint = skeleton.starts[segment];
-    collar.direction = directionOr(before + after, before);
-    collar.parentRadius = skeleton.endRadii[parent];
-
-    const float radius = std::min(skeleton.startRadii[segment], kHiddenWidth * collar.parentRadius);
-    const float height = plan.settings.collarFlare * radius;
-    collar.length = plan.settings.collarLength * radius;
-    collar.height = height > 0.5f * plan.settings.chordError && collar.length > 0 ? height : 0.f;
+    collar.parentRadius = endRadiusOf(skeleton, forks, parent);
+    collar.before = directionOf(skeleton, parent);
+    collar.after = collar.before;
+    collar.slopeBefore = slopeBetween(skeleton, parent, skeleton.startRadii[parent], collar.parentRadius);
+    if (isJoined(skeleton, onward))
+    {
+        collar.after = directionOf(skeleton, onward);
+        collar.slopeAfter = slopeBetween(skeleton, onward, collar.parentRadius, endRadiusOf(skeleton, forks, onward));
+    }
     return collar;
 }
 
-/// Rings where the branch leaves its parent's surface and where the collar fades; sets the collar's end.
-Stations collarStations(const Plan& plan, TubeCollar& collar)
+/// Sizes the collar on the sampled curve and returns where it wants rings: at its foot, just inside the parent, and as
+/// the fillet rises.
+Stations layCollar(const Plan& plan, TubeCollar& collar)
 {
     const std::vector<CurvePoint>& points = plan.scratch.points;
+    const float radius = std::min(points[0].radius, kHiddenWidth * collar.parentRadius);
+    const float height = plan.settings.collarFlare * radius;
     Stations stations;
-    if (collar.height <= 0)
+    if (height <= 1.5f * plan.settings.chordError)
         return stations;
 
-    const float radius = points[0].radius;
-    const float tilt = std::abs(glm::dot(points[0].tangent, collar.direction));
-    const float emerged = collar.parentRadius + radius * tilt;
-    const bool fine = collar.height > 4 * plan.settings.chordError;
-    constexpr std::array<float, 6> kFine{-1.f, 0.f, 0.12f, 0.32f, 0.62f, 1.f};
-    constexpr std::array<float, 6> kCoarse{0.f, 0.3f, 1.f, 1.f, 1.f, 1.f};
+    float highest = 0;
+    for (const CurvePoint& point : points)
+        highest = std::max(highest, heightOverParent(collar, point.position));
+    collar.length = std::min(plan.settings.collarLength * radius, 0.8f * highest);
+    if (collar.length < 0.3f * radius)
+        return stations;
 
+    const bool isFine = height > 4 * plan.settings.chordError;
+    constexpr std::array<float, 5> kFine{0, 0.07f, 0.22f, 0.48f, 1};
+    constexpr std::array<float, 3> kCoarse{0, 0.25f, 1};
     std::size_t k = 0;
-    collar.end = 0.9f * points.back().along;
-    float reached = distanceFromParent(collar, points[0].position);
-    for (const float share : fine ? kFine : kCoarse)
+    float reached = heightOverParent(collar, points[0].position);
+    float next = heightOverParent(collar, points[1].position);
+    for (const float level : isFine ? std::span<const float>(kFine) : std::span<const float>(kCoarse))
     {
-        const float target = share < 0 ? collar.parentRadius - radius * tilt : emerged + share * collar.length;
-        float next = distanceFromParent(collar, points[k + 1].position);
+        const float target = level * collar.length;
         while (next < target && k + 2 < points.size())
         {
             ++k;
             reached = next;
-            next = distanceFromParent(collar, points[k + 1].position);
+            next = heightOverParent(collar, points[k + 1].position);
         }
-        if (next < target)
-            return stations; // The branch ends first: the collar fades with it.
-        const float share01 = next > reached ? std::clamp((target - reached) / (next - reached), 0.f, 1.f) : 1.f;
-        const float along = points[k].along + share01 * (points[k + 1].along - points[k].along);
-        if (share == 1.f)
-            collar.end = std::min(along, collar.end);
-        if (along < points.back().along)
-            stations.add(along, 0.02f * radius);
+        const float share = next > reached ? std::clamp((target - reached) / (next - reached), 0.f, 1.f) : 0.f;
+        collar.end = points[k].along + share * (points[k + 1].along - points[k].along);
+        stations.add(collar.end, 0.02f * radius);
     }
+    if (stations.count < 2)
+        return {};
+    // Where a branch hardly parts from its parent there is no corner to fill.
+    collar.start = stations.along[0];
+    const float steepness = std::clamp((collar.length / (collar.end - collar.start) - 0.15f) / 0.35f, 0.f, 1.f);
+    collar.height = height * steepness;
     return stations;
 }
 
@@ -394,11 +456,12 @@ void planTube(const Plan& plan, std::uint32_t segment)
 
     const float startRadius = scratch.points[0].radius;
     const RootFlare flare = rootFlareOf(plan, segment);
-    const Stations stations = flare.share > 0 ? flareStations(flare) : collarStations(plan, tube.collar);
+    const bool isBranch = tube.collar.parentRadius > 0;
+    const Stations stations = isBranch ? layCollar(plan, tube.collar) : flareStations(flare);
     const auto shaped = [&](CurvePoint point, bool pinned)
     {
         flare.widen(point);
-        if (tube.collar.parentRadius > 0)
+        if (isBranch)
             hideStart(tube.collar, point, startRadius);
         TubeRing ring = ringAt(point);
         ring.pinned = pinned;
@@ -408,16 +471,19 @@ void planTube(const Plan& plan, std::uint32_t segment)
     RingRow row(scratch.rings);
     std::size_t nextStation = 0;
     float thickest = 0;
-    row.add(shaped(scratch.points[0], true));
+    if (tube.collar.height <= 0)
+        row.add(shaped(scratch.points[0], true));
     for (std::size_t i = 1; i < scratch.points.size(); ++i)
     {
         const CurvePoint& point = scratch.points[i];
         for (; nextStation < stations.count && stations.along[nextStation] < point.along; ++nextStation)
             row.add(shaped(pointBetween(scratch.points[i - 1], point, stations.along[nextStation]), true));
-        if (i + 1 < scratch.points.size())
-            row.add(shaped(point, false));
-        else
+        // A collared branch begins at the collar's foot; what lies before is hidden in the parent.
+        const bool isLast = i + 1 == scratch.points.size();
+        if (isLast)
             row.addLast(shaped(point, true));
+        else if (tube.collar.height <= 0 || point.along > tube.collar.start)
+            row.add(shaped(point, false));
         thickest = std::max(thickest, point.radius);
     }
     thickest = std::max(thickest, scratch.rings[tube.firstRing].radius);
@@ -433,19 +499,25 @@ void planTube(const Plan& plan, std::uint32_t segment)
     tube.sides = sidesFor(thickest, plan.settings);
     tube.repeats = std::max(1.f, std::floor(circumference / plan.tile + 0.5f));
     tube.repeatsPerMetre = 1 / std::max(circumference / tube.repeats, plan.tile / kFinestBark);
-    tube.hasBase = rings[0].radius > 0;
+    tube.baseVertices = rings[0].radius <= 0 ? 0 : tube.collar.height > 0 ? tube.sides + 1 : tube.sides;
     scratch.tubes.push_back(tube);
 }
 
 std::uint64_t vertexCountOf(const Tube& tube)
 {
-    return std::uint64_t{tube.ringCount} * (tube.sides + 1) + (tube.hasBase ? tube.sides : 0);
+    return std::uint64_t{tube.ringCount} * (tube.sides + 1) + tube.baseVertices;
 }
 
-/// Two triangles a side between rings, one towards the apex; the base is a fan over its rim.
+/// Two triangles a side between rings, one towards the apex. A lid is a fan over its rim, a root a fan round its apex.
 std::uint64_t indexCountOf(const Tube& tube)
 {
-    return 3 * (std::uint64_t{tube.sides} * (2 * tube.ringCount - 3) + (tube.hasBase ? tube.sides - 2 : 0));
+    const std::uint32_t base = tube.baseVertices == 0 ? 0 : tube.collar.height > 0 ? tube.sides : tube.sides - 2;
+    return 3 * (std::uint64_t{tube.sides} * (2 * tube.ringCount - 3) + base);
+}
+
+bool isInCollar(const Tube& tube, const TubeRing& ring)
+{
+    return tube.collar.height > 0 && ring.along < tube.collar.end;
 }
 
 /// Makes sure that the circle of `sides` sides is in the table.
@@ -461,49 +533,47 @@ void prepareCircle(std::uint32_t sides, TubeScratch& scratch)
     }
 }
 
-struct SurfacePoint
-{
-    Vec3 position;
-    Vec3 normal;
-    Vec3 tangent;
-};
-
 /// A point on a ring in the collar's reach.
 ///
-/// The collar is a fillet: a vertex moves outwards by height * fade(x) * (1 - g.e), where x is its distance from the
-/// parent's surface in collar lengths, e its direction from the branch's axis and g that from the parent's. So it fills
-/// the crotch, where e and g oppose, and leaves alone where both surfaces already run together. Its normals turn into
-/// the parent's where it meets it, so light crosses the joint without an edge.
-SurfacePoint collarPoint(const TubeCollar& collar, const TubeRing& ring, const Vec3& outward, const Vec3& around)
+/// The collar is a fillet over the parent's surface. Its rings are lines of equal height over that surface rather than
+/// flat: each vertex slides along the branch to the height of its ring's centre, then along the parent's surface away
+/// from the branch, by a quarter ellipse's width at that height. It slides furthest in the crotch, where the surfaces
+/// face each other (1 - away.outward is large), and stays where they already run together.
+Vec3 collarPoint(const TubeCollar& collar, const TubeRing& ring, const Vec3& outward)
 {
+    const float centreHeight = heightOverParent(collar, ring.centre);
+    const float level = std::clamp(centreHeight / collar.length, 0.f, 1.f);
+    const float rest = 1 - level;
+    const float farthest = std::min(1.5f * ring.radius, 0.7f * ring.along);
+    const float footing = -kFootDepth * ring.radius * rest * rest;
+
     const Vec3 bare = ring.centre + ring.radius * outward;
-    const Vec3 arm = bare - collar.joint;
-    const Vec3 offset = arm - collar.direction * glm::dot(arm, collar.direction);
-    const float distance = glm::length(offset);
-    const Vec3 away = distance > 1e-6f * collar.parentRadius ? offset / distance : Vec3(0);
+    const ParentView view = viewFromParent(collar, bare);
+    const float bareHeight = view.distance - view.radius;
+    const float climb = std::max(glm::dot(view.away, ring.tangent), 0.1f);
+    const float slide = std::clamp(rest * (centreHeight + footing - bareHeight) / climb, -farthest, farthest);
+    const float wanted = bareHeight + slide * climb;
 
-    // A quarter ellipse whose steep end is blunted: it is hidden in the parent, and its normal with it.
-    const float x = std::clamp((distance - collar.parentRadius) / collar.length, 0.02f, 1.f);
-    const float root = std::sqrt(x * (2 - x));
-    const float late = std::clamp(2 * ring.along / collar.end - 1, 0.f, 1.f);
-    const float height = collar.height * (1 - late * late * (3 - 2 * late));
-    const float opposition = 1 - glm::dot(away, outward);
-    const float lift = height * (1 - root) * opposition;
-    const float fall = -height * (1 - x) / (root * collar.length) * opposition;
+    const float facing = glm::dot(view.away, outward);
+    const float root = std::sqrt(level * (2 - level));
+    const float width = collar.height * (1.05f - facing);
+    const Vec3 aside = directionOr(outward - view.away * facing, outward);
+    const Vec3 spread = bare + slide * ring.tangent + (width * (1 - root)) * aside;
 
-    const float radius = ring.radius + lift;
-    const float awayAlong = glm::dot(away, ring.tangent);
-    const float awayAround = glm::dot(away, around);
-    const float slopeAlong = ring.slope + fall * awayAlong;
-    const float slopeAround = (fall * ring.radius - height * (1 - root)) * awayAround / radius;
-    const Vec3 own = directionOr(outward - slopeAlong * ring.tangent - slopeAround * around, outward);
+    // Sliding over a round parent lifts off it; come back to the wanted height.
+    const ParentView settled = viewFromParent(collar, spread);
+    return spread + settled.away * (rest * (settled.radius + wanted - settled.distance));
+}
 
-    const float near = 1 - x;
-    const float blend = 0.85f * near * near * near * near * (height / collar.height);
-    const Vec3 parents = away - outward * std::min(glm::dot(away, outward), 0.f);
-    const Vec3 normal = directionOr(glm::mix(own, directionOr(parents, own), blend), own);
-    const Vec3 tangent = directionOr(around - normal * glm::dot(normal, around), around);
-    return {ring.centre + radius * outward, normal, tangent};
+/// The normal of a collar's vertex: the mesh's own, turned into the parent's towards the foot, so that light crosses the
+/// joint without an edge.
+Vec3 collarNormal(const TubeCollar& collar, const TubeRing& ring, const Vec3& position, const Vec3& own)
+{
+    const float level = std::clamp(heightOverParent(collar, ring.centre) / collar.length, 0.f, 1.f);
+    const float rest = (1 - level) * (1 - level);
+    const Vec3 parents = viewFromParent(collar, position).away;
+    const float agreement = std::clamp(2 * glm::dot(parents, own) - 0.3f, 0.f, 1.f);
+    return directionOr(glm::mix(own, parents, 0.9f * rest * rest * agreement), own);
 }
 
 /// Writes one tube and returns where the next one's vertices and indices go.
@@ -523,14 +593,17 @@ public:
         const std::span<const TubeRing> rings(&scratch_.rings[tube.firstRing], tube.ringCount);
         for (const TubeRing& ring : rings)
         {
-            if (tube.collar.height > 0 && ring.along < tube.collar.end)
-                writeCollarRing(tube, ring, circle);
-            else
-                writeRing(tube, ring, circle);
+            writeRing(tube, ring, circle);
+            if (isInCollar(tube, ring))
+                placeCollarRing(tube.collar, ring, circle);
         }
+        if (tube.collar.height > 0)
+            shadeCollar(tube, rings, first);
         writeSides(tube, first);
-        if (tube.hasBase)
-            writeBase(tube, rings[0], first);
+        if (tube.collar.height > 0 && tube.baseVertices > 0)
+            writeRoot(tube, rings[0], first);
+        else if (tube.baseVertices > 0)
+            writeLid(tube, rings[0], first);
     }
 
 private:
@@ -552,22 +625,37 @@ private:
         mesh_.uvs[vertex_ - 1].x = tube.repeats;
     }
 
-    void writeCollarRing(const Tube& tube, const TubeRing& ring, std::span<const Vec2> circle)
+    void placeCollarRing(const TubeCollar& collar, const TubeRing& ring, std::span<const Vec2> circle)
     {
         const Vec3 up = glm::cross(ring.tangent, ring.side);
-        const float uStep = tube.repeats / static_cast<float>(tube.sides);
+        const std::size_t first = vertex_ - circle.size();
         for (std::size_t j = 0; j < circle.size(); ++j)
+            mesh_.positions[first + j] = collarPoint(collar, ring, ring.side * circle[j].x + up * circle[j].y);
+    }
+
+    /// Normals and tangents of a collar's rings from the vertices around each.
+    void shadeCollar(const Tube& tube, std::span<const TubeRing> rings, std::size_t first)
+    {
+        const std::size_t stride = tube.sides + 1;
+        for (std::size_t i = 0; isInCollar(tube, rings[i]); ++i)
         {
-            const Vec3 outward = ring.side * circle[j].x + up * circle[j].y;
-            const Vec3 around = up * circle[j].x - ring.side * circle[j].y;
-            const SurfacePoint point = collarPoint(tube.collar, ring, outward, around);
-            mesh_.positions[vertex_] = point.position;
-            mesh_.normals[vertex_] = point.normal;
-            mesh_.tangents[vertex_] = Vec4(point.tangent, 1);
-            mesh_.uvs[vertex_] = {static_cast<float>(j) * uStep, ring.along * tube.repeatsPerMetre};
-            ++vertex_;
+            const std::size_t row = first + i * stride;
+            const std::size_t below = i == 0 ? row : row - stride;
+            for (std::size_t j = 0; j < tube.sides; ++j)
+            {
+                const std::size_t before = j == 0 ? tube.sides - 1u : j - 1;
+                const Vec3 round = mesh_.positions[row + j + 1] - mesh_.positions[row + before];
+                const Vec3 along = mesh_.positions[row + stride + j] - mesh_.positions[below + j];
+                const Vec3 own = directionOr(glm::cross(round, along), mesh_.normals[row + j]);
+                const Vec3 normal = collarNormal(tube.collar, rings[i], mesh_.positions[row + j], own);
+                const Vec3 tangent(mesh_.tangents[row + j]);
+                mesh_.normals[row + j] = normal;
+                mesh_.tangents[row + j] =
+                    Vec4(sideNormalTo(normal, glm::dot(tangent, round) > 0 ? round : tangent), 1);
+            }
+            mesh_.normals[row + tube.sides] = mesh_.normals[row];
+            mesh_.tangents[row + tube.sides] = mesh_.tangents[row];
         }
-        mesh_.uvs[vertex_ - 1].x = tube.repeats;
     }
 
     void writeSides(const Tube& tube, std::uint32_t first)
@@ -585,22 +673,41 @@ private:
         }
     }
 
-    void writeBase(const Tube& tube, const TubeRing& ring, std::uint32_t first)
+    /// A flat lid on the first ring.
+    void writeLid(const Tube& tube, const TubeRing& ring, std::uint32_t first)
     {
         const auto rim = static_cast<std::uint32_t>(vertex_);
-        const Vec3 up = glm::cross(ring.tangent, ring.side);
         for (std::uint32_t j = 0; j < tube.sides; ++j)
-        {
-            const Vec3 position = mesh_.positions[first + j];
-            const Vec3 arm = position - ring.centre;
-            mesh_.positions[vertex_] = position;
-            mesh_.normals[vertex_] = -ring.tangent;
-            mesh_.tangents[vertex_] = Vec4(ring.side, -1);
-            mesh_.uvs[vertex_] = Vec2(glm::dot(arm, ring.side), glm::dot(arm, up)) / tile_;
-            ++vertex_;
-        }
+            writeBaseVertex(ring, mesh_.positions[first + j], -ring.tangent);
         for (std::uint32_t j = 1; j + 1 < tube.sides; ++j)
             writeTriangle(rim, rim + j + 1, rim + j);
+    }
+
+    /// A cone from the collar's foot down to the parent's axis: whatever shows of it, there is no hole.
+    void writeRoot(const Tube& tube, const TubeRing& ring, std::uint32_t first)
+    {
+        const auto rim = static_cast<std::uint32_t>(vertex_);
+        const Vec3 apex = tube.collar.joint;
+        for (std::uint32_t j = 0; j < tube.sides; ++j)
+        {
+            const Vec3 arm = directionOr(mesh_.positions[first + j] - apex, ring.tangent);
+            const Vec3 outward = mesh_.positions[first + j] - ring.centre;
+            writeBaseVertex(ring, mesh_.positions[first + j], sideNormalTo(arm, outward));
+        }
+        writeBaseVertex(ring, apex, -ring.tangent);
+        for (std::uint32_t j = 0; j < tube.sides; ++j)
+            writeTriangle(rim + tube.sides, rim + (j + 1) % tube.sides, rim + j);
+    }
+
+    void writeBaseVertex(const TubeRing& ring, const Vec3& position, const Vec3& normal)
+    {
+        const Vec3 up = glm::cross(ring.tangent, ring.side);
+        const Vec3 arm = position - ring.centre;
+        mesh_.positions[vertex_] = position;
+        mesh_.normals[vertex_] = normal;
+        mesh_.tangents[vertex_] = Vec4(sideNormalTo(normal, ring.side), -1);
+        mesh_.uvs[vertex_] = Vec2(glm::dot(arm, ring.side), glm::dot(arm, up)) / tile_;
+        ++vertex_;
     }
 
     void writeTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c)
@@ -630,13 +737,14 @@ TubeResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
                                 .cosMaxTurn = static_cast<float>(math::cos(static_cast<double>(kept.maxRingAngle)))};
     const Plan plan{skeleton, kept, rounding, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
 
+    markForks(skeleton, scratch.forks);
     scratch.rings.clear();
     scratch.tubes.clear();
     std::uint64_t vertices = mesh.positions.size();
     std::uint64_t indices = mesh.indices.size();
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
     {
-        if (!startsTube(skeleton, i) || !gatherJoints(skeleton, i, scratch.joints))
+        if (!startsTube(skeleton, i) || !gatherJoints(skeleton, i, scratch))
             continue;
         planTube(plan, i);
         vertices += vertexCountOf(scratch.tubes.back());

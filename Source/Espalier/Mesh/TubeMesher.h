@@ -50,15 +50,19 @@ struct TubeRing
     bool pinned = false; ///< Placed on purpose: not dropped because the tube is straight here.
 };
 
-/// Where a branch leaves its parent, whose surface nearby is taken for a cylinder.
+/// Where a branch leaves its parent, whose surface nearby is taken for two cones that meet at the joint.
 struct TubeCollar
 {
     Vec3 joint{0};          ///< On the parent's axis, metres.
-    Vec3 direction{0};      ///< Unit; the parent's axis there.
-    float parentRadius = 0; ///< Metres.
+    Vec3 before{0};         ///< Unit; the parent's direction up to the joint.
+    Vec3 after{0};          ///< Unit; the direction of its continuation.
+    float parentRadius = 0; ///< At the joint, metres; 0 if the tube does not grow out of another.
+    float slopeBefore = 0;  ///< Of the parent's radius, along `before`.
+    float slopeAfter = 0;   ///< Along `after`.
     float height = 0;       ///< How far the collar swells, metres; 0 if there is none.
     float length = 0;       ///< How far from the parent's surface it is felt, metres.
-    float end = 0;          ///< Along the branch's axis, metres: no collar beyond.
+    float start = 0;        ///< Where the branch's axis leaves the parent's surface, metres along it.
+    float end = 0;          ///< Where its axis leaves the collar.
 };
 
 /// One planned tube.
@@ -69,7 +73,7 @@ struct Tube
     std::uint32_t sides = 0;
     float repeats = 1;         ///< Of the bark round the tube; whole.
     float repeatsPerMetre = 1; ///< Along it.
-    bool hasBase = false;      ///< Its first ring is open and needs a lid.
+    std::uint32_t baseVertices = 0; ///< Closing the start; 0 if its first ring has no radius.
     TubeCollar collar;
 };
 
@@ -77,6 +81,7 @@ struct Tube
 /// successful call it holds the plan of the mesh, for tests and drawings of it.
 struct TubeScratch
 {
+    std::vector<std::uint8_t> forks; ///< 1 for segments whose end also bears branches.
     std::vector<AxisJoint> joints;
     std::vector<CurvePoint> points;
     std::vector<TubeRing> rings;
@@ -89,7 +94,7 @@ struct TubeScratch
 /// Appends one closed tube per axis of `skeleton` to `mesh`, as one Bark part.
 ///
 /// Frames are rotation-minimizing (Wang et al. 2008, double reflection); a branch begins inside its parent and widens
-/// to a collar at the parent's surface, where its normals turn into the parent's; tips are closed and round, one radius
+/// to a collar that follows the parent's surface and takes its normals there; tips are closed and round, one radius
 /// beyond the skeleton's end; a leaning trunk begins far enough below its start to leave no gap. A segment that starts
 /// away from its parent's end begins a tube of its own. Axes without length or radius are skipped; radius 0 closes a
 /// tube to a point.

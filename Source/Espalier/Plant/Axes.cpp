@@ -3,6 +3,7 @@
 #include <Espalier/Plant/Skeleton.h>
 #include <algorithm>
 #include <cassert>
+#include <cmath>
 #include <limits>
 
 namespace espalier
@@ -87,6 +88,25 @@ void completeAxes(Skeleton& skeleton, const PipeModel& pipes)
         const int below = parent == kNoSegment ? 0 : skeleton.orders[parent] + (skeleton.startsAxis(i) ? 1 : 0);
         skeleton.orders[i] = static_cast<std::uint16_t>(std::min(below, kMaxOrder));
     }
+}
+
+PipeModel suggestPipes(const Skeleton& skeleton)
+{
+    std::vector<bool> carries(skeleton.size(), false);
+    for (const std::uint32_t parent : skeleton.parents)
+        if (parent != kNoSegment)
+            carries[parent] = true;
+    std::vector<float> lengths;
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+        if (!carries[i] && skeleton.lengths[i] > 0)
+            lengths.push_back(skeleton.lengths[i]);
+    PipeModel pipes;
+    if (lengths.empty())
+        return pipes;
+    std::ranges::sort(lengths);
+    const float radius = 0.03f * lengths[lengths.size() / 2];
+    pipes.tipRadius = std::clamp(std::round(radius * 1e4f) / 1e4f, 1e-4f, 1.0f);
+    return pipes;
 }
 
 } // namespace espalier

@@ -25,4 +25,8 @@ struct PipeModel
 /// the first. At a tip, the end radius is half the start radius. Linear time; deterministic.
 void completeAxes(Skeleton& skeleton, const PipeModel& pipes);
 
+/// Pipes in proportion to a plant whose radii nobody has said anything about: the tip radius is 3 % of the median length of
+/// its last segments, rounded to a tenth of a millimetre, so that a plant of metres and one of centimetres both look right.
+[[nodiscard]] PipeModel suggestPipes(const Skeleton& skeleton);
+
 } // namespace espalier

@@ -17,9 +17,11 @@ float latticeValue(std::uint32_t x, std::uint32_t y)
     return static_cast<float>((h ^ (h >> 15)) >> 8) * 0x1p-24f;
 }
 
-/// The remainder in [0, period), also for negative and huge numbers.
+/// The remainder in [0, period), also for negative and huge numbers; 0 for infinite ones.
 float wrapped(float x, std::uint32_t period)
 {
+    if (!std::isfinite(x))
+        return 0;
     const auto size = static_cast<float>(period);
     const float rest = std::fmod(x, size);
     return rest < 0 ? std::min(rest + size, std::nextafter(size, 0.0f)) : rest;
@@ -34,10 +36,10 @@ float smoothStep(float low, float high, float x)
 /// Height of the bark in [0, 1] at `uv`.
 float barkHeight(Vec2 uv)
 {
-    const float waver = smoothNoise({uv.x * 5, uv.y * 3}, 5) - 0.5f;
-    const float plates = smoothNoise({uv.x * 9 + 1.5f * waver, uv.y * 2.1f + 7.3f}, 9);
-    const float ridges = smoothNoise({uv.x * 17 + waver, uv.y * 3.7f + 1.9f}, 17);
-    const float grain = smoothNoise({uv.x * 43, uv.y * 11.0f + 3.7f}, 43);
+    const float waver = smoothNoise({uv.x * 4, uv.y * 2.3f}, 4) - 0.5f;
+    const float plates = smoothNoise({uv.x * 13 + 1.3f * waver, uv.y * 1.5f + 7.3f}, 13);
+    const float ridges = smoothNoise({uv.x * 23 + waver, uv.y * 3.3f + 1.9f}, 23);
+    const float grain = smoothNoise({uv.x * 61, uv.y * 11.0f + 3.7f}, 61);
     // Furrows run where a smooth field crosses its middle: connected, wavering lines, as bark tears.
     const float furrow = smoothStep(0.0f, 0.34f, std::abs(2 * plates - 1));
     const float crack = smoothStep(0.0f, 0.5f, std::abs(2 * ridges - 1));

@@ -34,8 +34,9 @@ struct FrameMargins
     double bottom = 1;
 };
 
-/// Which cameras with given axes and lens see all points of a subject: a camera at (x, y, z) of the view axes does if
-/// x - left * z >= `left` bound and so on for the four sides of its pyramid. Four numbers replace all points.
+/// Which cameras of given axes and lens see all points of a subject. Each side of a camera's pyramid is a plane through
+/// it; the points only count by how far out they push the four planes. Metres along `right`, `-right` and so on, where
+/// the planes meet the one through the subject's origin that faces the camera.
 struct FrameBounds
 {
     double left = -std::numeric_limits<double>::infinity();

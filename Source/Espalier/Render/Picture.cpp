@@ -111,8 +111,7 @@ std::vector<Stroke> strokesOf(char character)
             if (!isLit(character, column, row))
                 continue;
             const Vec2 here(static_cast<float>(column) + 0.5f, static_cast<float>(row) + 0.5f);
-            const auto join = [&](int right, int down)
-            {
+            const auto join = [&](int right, int down) {
                 if (isLit(character, column + right, row + down))
                     strokes.push_back({here, here + Vec2(static_cast<float>(right), static_cast<float>(down))});
             };

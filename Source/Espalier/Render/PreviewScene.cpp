@@ -17,7 +17,7 @@ namespace {
 constexpr float kPi = 3.14159265f;
 
 // Linear light. The sun gives a level white sheet about four times what the sky gives: a clear day with thin haze.
-constexpr Vec3 kSun{6.2f, 5.45f, 4.35f};        ///< Irradiance on a sheet that faces it.
+constexpr Vec3 kSun{5.6f, 4.95f, 4.05f};        ///< Irradiance on a sheet that faces it.
 constexpr Vec3 kZenith{0.17f, 0.34f, 0.64f};    ///< Radiance overhead.
 constexpr Vec3 kHorizon{0.83f, 0.87f, 0.89f};   ///< Radiance of the haze.
 constexpr Vec3 kGlow{0.30f, 0.22f, 0.12f};      ///< Radiance added in the sun's direction.

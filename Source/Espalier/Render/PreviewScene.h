@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Espalier/Core/Vector.h>
-#include <memory>
 
 struct RTCDeviceTy;
 struct RTCSceneTy;

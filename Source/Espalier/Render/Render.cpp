@@ -77,7 +77,7 @@ Expected<void> checkSettings(const RenderSettings& settings)
         Range{"sunRadius", settings.sunRadius, 0, 0.5},
         Range{"cameraAzimuth", settings.cameraAzimuth, -1e6, 1e6},
         Range{"cameraElevation", settings.cameraElevation, -1.5, 1.5},
-        Range{"fieldOfView", settings.fieldOfView, 0.01, 2.5},
+        Range{"fieldOfView", settings.fieldOfView, 0.01, 1.5},
         Range{"threads", static_cast<double>(settings.threads), 0, 256},
     };
     for (const Range& range : ranges)
@@ -185,8 +185,7 @@ public:
     }
 
 private:
-    static constexpr std::array<std::uint32_t, 6> kSteps = []
-    {
+    static constexpr std::array<std::uint32_t, 6> kSteps = [] {
         constexpr double kRoot = 1.1127756842787055;
         std::array<std::uint32_t, 6> steps{};
         double power = 1;
@@ -262,8 +261,7 @@ void forEachTask(std::uint32_t count, std::uint32_t threads, const Progress& pro
                  const OnCaller& onCaller)
 {
     std::atomic<std::uint32_t> next = 0;
-    const auto takeTask = [&]
-    {
+    const auto takeTask = [&] {
         const std::uint32_t mine = next.fetch_add(1, std::memory_order_relaxed);
         if (mine >= count || progress.wantsStop())
             return false;
@@ -274,12 +272,10 @@ void forEachTask(std::uint32_t count, std::uint32_t threads, const Progress& pro
     try
     {
         while (helpers.size() + 1 < std::min(threads, count))
-            helpers.emplace_back(
-                [&]
-                {
-                    while (takeTask())
-                        ;
-                });
+            helpers.emplace_back([&] {
+                while (takeTask())
+                    ;
+            });
     }
     catch (const std::system_error&)
     {
@@ -326,8 +322,9 @@ Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSet
         forEachTask(
             tiles, threads, progress,
             [&](std::uint32_t tile) { traceTile(scene, shot.camera, settings, tile % tilesX, tile / tilesX, picture); },
-            [&](std::uint32_t taken)
-            { progress("render", (done + 1.0 * taken / tiles) / static_cast<double>(shots.size())); });
+            [&](std::uint32_t taken) {
+                progress("render", (done + 1.0 * taken / tiles) / static_cast<double>(shots.size()));
+            });
         if (progress.wantsStop())
             return failure(ErrorKind::Cancelled, {}, "rendering was cancelled");
         pictures.push_back(std::move(picture));
@@ -362,8 +359,7 @@ Expected<Picture> renderPage(std::span<Shot> shots, std::span<const std::string>
     Picture page(static_cast<std::uint32_t>(width), static_cast<std::uint32_t>(height));
     for (std::size_t i = 0; i < page.rgb.size(); ++i)
         page.rgb[i] = static_cast<std::uint8_t>(kPaper[static_cast<int>(i % 3)] * 255);
-    const auto write = [&](std::string_view label, std::uint32_t left, std::uint32_t room, std::uint32_t top)
-    {
+    const auto write = [&](std::string_view label, std::uint32_t left, std::uint32_t room, std::uint32_t top) {
         label = label.substr(0, room / (6 * textScale));
         const auto textWidth = static_cast<std::uint32_t>(label.size()) * 6 * textScale;
         drawText(label, left + (room - textWidth) / 2, top, textScale, kInk, page);

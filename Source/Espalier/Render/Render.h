@@ -26,7 +26,7 @@ struct RenderSettings
     /// Radians above the middle of the tree; below 0 the tree rises over the horizon. The camera stays above the
     /// ground: where it would sink in, it stands higher. [-1.5, 1.5]
     float cameraElevation = -0.09f;
-    float fieldOfView = 0.45f; ///< Vertical, radians. [0.01, 2.5]
+    float fieldOfView = 0.45f; ///< Vertical, radians. [0.01, 1.5]
     std::uint32_t threads = 0; ///< 0: one per processor. The picture does not depend on it. [0, 256]
 };
 

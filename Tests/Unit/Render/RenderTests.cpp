@@ -238,8 +238,7 @@ TEST(Render, CancelsAndReportsOnTheCallingThread)
     double last = 0;
     Progress progress;
     progress.cancelled = &cancelled;
-    progress.report = [&](std::string_view, double done)
-    {
+    progress.report = [&](std::string_view, double done) {
         EXPECT_EQ(std::this_thread::get_id(), caller);
         EXPECT_GE(done, last);
         last = done;

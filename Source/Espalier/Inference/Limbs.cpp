@@ -1,0 +1,135 @@
+#include <Espalier/Inference/Limbs.h>
+
+#include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Hash.h>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <tuple>
+#include <unordered_map>
+
+namespace espalier {
+
+std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library)
+{
+    std::vector<std::uint32_t> draws;
+    for (const Template& piece : library.templates)
+        draws.push_back(static_cast<std::uint32_t>(std::ranges::count_if(piece.modules, [](const TemplateModule& module) {
+            return module.anchor == kNoAnchor && turtleCommand(std::string_view(&module.symbol, 1)) == TurtleCommand::Draw;
+        })));
+    return draws;
+}
+
+LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, const std::vector<std::uint32_t>& draws)
+{
+    const auto count = static_cast<std::uint32_t>(exemplars.instances.size());
+    std::vector<std::uint32_t> limbOf(count);
+    std::unordered_map<std::uint64_t, std::uint32_t> firstWithHash; // looked up, never iterated
+    std::vector<std::uint32_t> nextWithHash;
+    LimbTable found; // numbered from the tips
+    std::vector<std::uint32_t> children;
+
+    // Parents come before children, so going backwards meets every child before its parent.
+    for (std::uint32_t i = count; i-- > 0;)
+    {
+        const TemplateInstance& instance = exemplars.instances[i];
+        const auto anchorCount = anchors.firstChild[i + 1] - anchors.firstChild[i];
+        Limb limb{instance.piece, static_cast<std::uint32_t>(found.children.size()), 0, draws[instance.piece], 1, instance.transform};
+        Hash64 hash;
+        hash.value(instance.piece);
+        for (const double part : {limb.transform.scaling, limb.transform.rotation, limb.transform.branchingAngle, limb.transform.roll})
+            hash.value(part);
+        children.clear();
+        for (std::uint32_t a = 0; a < anchorCount; ++a)
+        {
+            const std::uint32_t child = anchors.children[anchors.firstChild[i] + a];
+            children.push_back(child == kNoInstance ? kNoInstance : limbOf[child]);
+            hash.value(children.back());
+            if (child == kNoInstance)
+                continue;
+            limb.segments += found.limbs[limbOf[child]].segments;
+            limb.height = std::max(limb.height, found.limbs[limbOf[child]].height + 1);
+        }
+        const auto [entry, isNew] = firstWithHash.try_emplace(hash.result(), kNoInstance);
+        std::uint32_t same = entry->second;
+        while (same != kNoInstance &&
+               !(found.limbs[same].piece == limb.piece && found.limbs[same].transform == limb.transform &&
+                 std::equal(children.begin(), children.end(), found.children.begin() + found.limbs[same].firstChild)))
+            same = nextWithHash[same];
+        if (same == kNoInstance)
+        {
+            same = static_cast<std::uint32_t>(found.limbs.size());
+            nextWithHash.push_back(entry->second);
+            entry->second = same;
+            found.limbs.push_back(limb);
+            found.children.insert(found.children.end(), children.begin(), children.end());
+        }
+        ++found.limbs[same].count;
+        limbOf[i] = same;
+    }
+
+    // Renumber by first occurrence, so that the grammar reads from the trunk to the twigs.
+    constexpr std::uint32_t kUnnumbered = 0xffffffffu;
+    std::vector<std::uint32_t> newNumber(found.limbs.size(), kUnnumbered);
+    LimbTable table;
+    std::vector<std::uint32_t> order;
+    for (std::uint32_t i = 0; i < count; ++i)
+        if (newNumber[limbOf[i]] == kUnnumbered)
+        {
+            newNumber[limbOf[i]] = static_cast<std::uint32_t>(order.size());
+            order.push_back(limbOf[i]);
+        }
+    for (const std::uint32_t old : order)
+    {
+        Limb limb = found.limbs[old];
+        const std::uint32_t first = limb.firstChild;
+        limb.firstChild = static_cast<std::uint32_t>(table.children.size());
+        const std::size_t anchorCount = exemplars.library.templates[limb.piece].anchors.size();
+        for (std::size_t a = 0; a < anchorCount; ++a)
+        {
+            const std::uint32_t child = found.children[first + a];
+            table.children.push_back(child == kNoInstance ? kNoInstance : newNumber[child]);
+        }
+        table.limbs.push_back(limb);
+    }
+    for (const std::uint32_t root : anchors.roots)
+        table.roots.push_back(newNumber[limbOf[root]]);
+    return table;
+}
+
+const std::vector<KinLevel>& kinLevels()
+{
+    static const std::vector<KinLevel> kLevels = {{4, 1.5, false}, {4, 2, false}, {4, 2, true}, {16, 4, false},
+                                                  {16, 4, true},   {0, 0, false}, {0, 0, true}};
+    return kLevels;
+}
+
+KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalSegments)
+{
+    const auto band = [](double value, double base) {
+        return base == 0 ? 0.0 : std::floor(math::log(value) / math::log(base));
+    };
+    KinClasses classes;
+    classes.level = level;
+    std::map<std::tuple<std::uint32_t, double, double>, std::uint32_t> numbers;
+    for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i)
+    {
+        const Limb& limb = limbs.limbs[i];
+        // 0.999: a whole tree, and what is just a band's width smaller, lie inside a band, not on its edge. Half a segment stands
+        // for a limb that draws nothing.
+        const double share = 0.999 * std::max(0.5, static_cast<double>(limb.segments)) / totalSegments;
+        const auto key = std::tuple(limb.piece, band(share, level.sizeBase), band(limb.height, level.heightBase));
+        const auto [entry, isNew] = numbers.try_emplace(key, static_cast<std::uint32_t>(classes.kin.size()));
+        if (isNew)
+        {
+            classes.kin.emplace_back();
+            classes.occurrences.push_back(0);
+        }
+        classes.classOf.push_back(entry->second);
+        classes.kin[entry->second].push_back(i);
+        classes.occurrences[entry->second] += limb.count;
+    }
+    return classes;
+}
+
+} // namespace espalier

@@ -1,0 +1,166 @@
+#include <Espalier/Inference/InferenceContext.h>
+
+#include <Espalier/Core/Hash.h>
+#include <Espalier/Plant/Axes.h>
+#include <Espalier/Archetype/Placement.h>
+#include <algorithm>
+#include <cmath>
+
+namespace espalier {
+
+namespace {
+
+/// A pass with the name its trace and progress bear.
+struct NamedPass
+{
+    std::string_view name;
+    InferencePass run;
+};
+
+/// A way to infer: its passes in order. `method` is written into the species; a change of results changes its number.
+struct Preset
+{
+    std::string_view name;
+    std::string_view method;
+    std::vector<NamedPass> passes;
+};
+
+const std::vector<Preset>& presets()
+{
+    static const std::vector<Preset> kPresets = {
+        {"kin",
+         "kin 1",
+         {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}}},
+        {"helberg",
+         "helberg 1",
+         {{"infer", inferBreadthFirst},
+          {"compress", compressRepeatedSubtrees},
+          {"generalize", generalizeByMerging},
+          {"estimate", estimatePerTemplate}}},
+    };
+    return kPresets;
+}
+
+/// The template of `library` with this word, added if there is none; its name is kept where it is free.
+std::uint32_t mergeTemplate(TemplateLibrary& library, Template piece)
+{
+    const auto same = std::ranges::find_if(library.templates, [&](const Template& known) { return known.modules == piece.modules; });
+    if (same != library.templates.end())
+        return static_cast<std::uint32_t>(same - library.templates.begin());
+    const std::string wanted = piece.name;
+    for (std::uint32_t number = 2; library.find(piece.name) != library.templates.size(); ++number)
+        piece.name = wanted + "_" + std::to_string(number);
+    library.templates.push_back(std::move(piece));
+    return static_cast<std::uint32_t>(library.templates.size() - 1);
+}
+
+/// All archetypes as one, with one library of the templates that they use.
+Archetype mergeArchetypes(std::span<const Archetype> archetypes)
+{
+    Archetype all;
+    for (const Archetype& archetype : archetypes)
+    {
+        std::vector<std::uint32_t> newIndex;
+        for (const Template& piece : archetype.library.templates)
+            newIndex.push_back(mergeTemplate(all.library, piece));
+        const auto offset = static_cast<std::uint32_t>(all.instances.size());
+        for (TemplateInstance instance : archetype.instances)
+        {
+            instance.piece = newIndex[instance.piece];
+            if (instance.parent != kNoInstance)
+                instance.parent += offset;
+            all.instances.push_back(instance);
+        }
+    }
+    return all;
+}
+
+std::string identityOf(std::span<const Archetype> archetypes)
+{
+    Hash64 hash;
+    for (const Archetype& archetype : archetypes)
+    {
+        hash.bytes(printTemplates(archetype.library));
+        hash.bytes(printArchetype(archetype));
+    }
+    std::string text(16, '0');
+    std::uint64_t value = hash.result();
+    for (std::size_t i = 16; i-- > 0; value >>= 4)
+        text[i] = "0123456789abcdef"[value & 15];
+    return text;
+}
+
+Expected<void> checkOptions(std::span<const Archetype> archetypes, const InferenceOptions& options)
+{
+    if (archetypes.empty())
+        return failure(ErrorKind::BadInput, {}, "there is no archetype to infer from", "at least one");
+    for (const Archetype& archetype : archetypes)
+        if (auto done = validate(archetype); !done)
+            return done;
+    for (const auto& [name, weight] : {std::pair("merge weight", options.mergeWeight), std::pair("rule weight", options.ruleWeight)})
+        if (weight && !(*weight >= 0 && *weight <= 1))
+            return failure(ErrorKind::BadInput, {}, std::string("the ") + name + " is out of range", "a number from 0 to 1");
+    return {};
+}
+
+/// Sizes of the drawn trees for the provenance, and pipes that suit them.
+Expected<void> measureExemplars(const InferenceContext& context, Species& species)
+{
+    std::uint64_t segments = 0;
+    for (std::size_t tree = 0; tree < context.anchors.roots.size(); ++tree)
+    {
+        const auto skeleton = drawArchetype(context.exemplars, tree);
+        if (!skeleton)
+            return tl::make_unexpected(skeleton.error());
+        segments += skeleton->size();
+        if (tree == 0)
+            species.appearance.pipes = suggestPipes(*skeleton);
+    }
+    const std::size_t trees = context.anchors.roots.size();
+    species.provenance.exemplarSegments = static_cast<std::uint32_t>(segments / trees);
+    species.provenance.exemplarInstances = static_cast<std::uint32_t>(context.exemplars.instances.size() / trees);
+    return {};
+}
+
+} // namespace
+
+std::vector<std::string_view> inferencePresets()
+{
+    std::vector<std::string_view> names;
+    for (const Preset& preset : presets())
+        names.push_back(preset.name);
+    return names;
+}
+
+Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const InferenceOptions& options)
+{
+    if (auto done = checkOptions(archetypes, options); !done)
+        return tl::make_unexpected(done.error());
+    const auto preset = std::ranges::find(presets(), options.preset, &Preset::name);
+    if (preset == presets().end())
+        return failure(ErrorKind::BadInput, {}, "there is no inference preset \"" + options.preset + "\"", "kin or helberg");
+
+    InferenceContext context{options, mergeArchetypes(archetypes), {}, {}, {}, {}, {}, {}, {}, {}};
+    context.anchors = anchorsOf(context.exemplars);
+    context.species.name = options.name;
+    context.species.provenance.method = preset->method;
+    context.species.provenance.archetypes = identityOf(archetypes);
+    if (auto done = measureExemplars(context, context.species); !done)
+        return tl::make_unexpected(done.error());
+
+    for (std::size_t i = 0; i < preset->passes.size(); ++i)
+    {
+        const NamedPass& pass = preset->passes[i];
+        options.progress(pass.name, static_cast<double>(i) / static_cast<double>(preset->passes.size()));
+        if (options.progress.wantsStop())
+            return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
+        if (auto done = pass.run(context); !done)
+            return tl::make_unexpected(done.error());
+        if (options.trace)
+            options.trace(pass.name, context.summary, context.grammarText);
+    }
+    options.progress("done", 1);
+    return std::move(context.species);
+}
+
+} // namespace espalier

@@ -1,0 +1,106 @@
+#include "Command.h"
+
+#include <charconv>
+#include <cstdio>
+#include <unistd.h>
+
+namespace espalier::tool {
+
+void fail(const Error& error)
+{
+    const bool badInput = error.kind == ErrorKind::BadInput || error.kind == ErrorKind::Limit;
+    throw Failure{badInput ? kBadInput : kOther, toString(error)};
+}
+
+void failUsage(const std::string& message)
+{
+    throw Failure{kUsage, message};
+}
+
+SeedRange parseSeeds(const std::string& text)
+{
+    const auto number = [&](std::string_view digits) {
+        std::uint64_t value = 0;
+        const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        if (digits.empty() || read.ec != std::errc{} || read.ptr != digits.data() + digits.size())
+            failUsage("--seed " + text + ": expected a number from 0 to 18446744073709551615, or a range such as 1..20");
+        return value;
+    };
+    SeedRange range;
+    const std::size_t dots = text.find("..");
+    if (dots == std::string::npos)
+    {
+        range.first = range.last = number(text);
+        return range;
+    }
+    range.isRange = true;
+    range.first = number(std::string_view(text).substr(0, dots));
+    range.last = number(std::string_view(text).substr(dots + 2));
+    if (range.last < range.first)
+        failUsage("--seed " + text + ": the range is empty; expected the lower seed first");
+    if (range.last - range.first >= 10'000'000)
+        failUsage("--seed " + text + ": expected at most 10,000,000 seeds");
+    return range;
+}
+
+InputKind kindOf(const std::filesystem::path& path)
+{
+    if (path.extension() == ".archetype")
+        return InputKind::Archetype;
+    if (path.extension() == ".species")
+        return InputKind::Species;
+    failUsage(path.string() + ": expected a file that ends in .archetype or .species");
+}
+
+void TemplateFolders::addTo(CLI::App& verb)
+{
+    verb.add_option("--templates", folders, "Folders in which template libraries are looked up, after the archetype's own")->expected(1)->take_all();
+}
+
+Archetype TemplateFolders::load(const std::filesystem::path& path) const
+{
+    ArchetypeFolders search;
+    search.templates.assign(folders.begin(), folders.end());
+    // The shipped libraries: beside the installed program, or in the source tree it was built in.
+    std::error_code ignored;
+    const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
+    for (const std::filesystem::path& candidate :
+         {program.parent_path() / "../share/espalier/Templates", program.parent_path() / "../../../Templates"})
+        if (std::filesystem::is_directory(candidate, ignored))
+            search.templates.push_back(candidate.lexically_normal());
+    return orFail(loadArchetype(path, search));
+}
+
+Species loadSpeciesFile(const std::filesystem::path& path)
+{
+    if (kindOf(path) != InputKind::Species)
+        failUsage(path.string() + ": expected a .species file; `espalier infer` makes one from an archetype");
+    return orFail(loadSpecies(path));
+}
+
+std::filesystem::path numberedPath(const std::filesystem::path& path, std::uint64_t seed, bool isRange)
+{
+    if (!isRange)
+        return path;
+    std::filesystem::path result = path;
+    result.replace_filename(path.stem().string() + "-" + std::to_string(seed) + path.extension().string());
+    return result;
+}
+
+Progress terminalProgress()
+{
+    Progress progress;
+    if (isatty(STDERR_FILENO) == 0)
+        return progress;
+    progress.report = [](std::string_view stage, double done) {
+        constexpr int kWidth = 32;
+        const int filled = static_cast<int>(done * kWidth);
+        std::fprintf(stderr, "\r%-12.*s [%.*s%*s] %3d %%", static_cast<int>(stage.size()), stage.data(), filled,
+                     "################################", kWidth - filled, "", static_cast<int>(done * 100));
+        if (done >= 1)
+            std::fprintf(stderr, "\r%*s\r", 60, "");
+    };
+    return progress;
+}
+
+} // namespace espalier::tool

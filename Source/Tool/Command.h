@@ -1,0 +1,90 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <Espalier/Archetype/Archetype.h>
+#include <Espalier/Core/Error.h>
+#include <Espalier/Core/Progress.h>
+#include <Espalier/Species/Species.h>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+// What the verbs of the command share. One verb a file: each adds itself to the command line and says what it does.
+
+namespace espalier::tool {
+
+/// Exit codes (DESIGN 7).
+inline constexpr int kGood = 0;
+inline constexpr int kOther = 1;
+inline constexpr int kUsage = 2;
+inline constexpr int kBadInput = 3;
+
+/// How a verb ends early: the message goes to stderr, the code to the shell.
+struct Failure
+{
+    int code;
+    std::string message;
+};
+
+/// Throws the Failure that tells of `error`.
+[[noreturn]] void fail(const Error& error);
+[[noreturn]] void failUsage(const std::string& message);
+
+/// The value, or the Failure that tells of its error.
+template <class T>
+T orFail(Expected<T> expected)
+{
+    if (!expected)
+        fail(expected.error());
+    if constexpr (!std::is_void_v<T>)
+        return std::move(*expected);
+}
+
+/// `--seed N` or `--seed A..B`.
+struct SeedRange
+{
+    std::uint64_t first = 1;
+    std::uint64_t last = 1;
+    bool isRange = false;
+
+    [[nodiscard]] std::uint64_t count() const { return last - first + 1; }
+};
+
+[[nodiscard]] SeedRange parseSeeds(const std::string& text);
+
+/// What kind of file a verb was given, by its ending.
+enum class InputKind : std::uint8_t
+{
+    Archetype,
+    Species,
+};
+
+[[nodiscard]] InputKind kindOf(const std::filesystem::path& path);
+
+/// Options every verb that reads archetypes has.
+struct TemplateFolders
+{
+    std::vector<std::string> folders;
+    void addTo(CLI::App& verb);
+    [[nodiscard]] Archetype load(const std::filesystem::path& path) const;
+};
+
+/// A species from a `.species` file.
+[[nodiscard]] Species loadSpeciesFile(const std::filesystem::path& path);
+
+/// `oak.glb` for a single seed, `oak-7.glb` for seed 7 of a range.
+[[nodiscard]] std::filesystem::path numberedPath(const std::filesystem::path& path, std::uint64_t seed, bool isRange);
+
+/// A progress bar on stderr if that is a terminal; nothing otherwise.
+[[nodiscard]] Progress terminalProgress();
+
+void addInfer(CLI::App& app);
+void addGrammar(CLI::App& app);
+void addGrow(CLI::App& app);
+void addMeasure(CLI::App& app);
+void addOverlap(CLI::App& app);
+void addRender(CLI::App& app);
+
+} // namespace espalier::tool

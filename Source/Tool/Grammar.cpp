@@ -1,0 +1,51 @@
+#include "Command.h"
+
+#include <Espalier/Core/File.h>
+#include <Espalier/Grammar/Derivation.h>
+#include <iostream>
+#include <memory>
+
+namespace espalier::tool {
+
+namespace {
+
+struct GrammarOptions
+{
+    std::string species;
+    std::string edited;
+};
+
+void grammar(const GrammarOptions& options)
+{
+    Species species = loadSpeciesFile(options.species);
+    if (options.edited.empty())
+    {
+        std::cout << printGrammar(species.grammar);
+        return;
+    }
+    Limits limits;
+    limits.productions = limits.inferredNodes;
+    const std::string text = orFail(readTextFile(options.edited, limits.fileBytes));
+    species.grammar = orFail(parseGrammar(text, options.edited, limits));
+    // Named here, where the grammar's own lines are known; saving would name the species file's.
+    if (auto program = GrammarProgram::make(species.grammar, species.tables); !program)
+    {
+        Error error = program.error();
+        error.where.file = options.edited;
+        fail(error);
+    }
+    orFail(saveSpecies(options.species, species));
+}
+
+} // namespace
+
+void addGrammar(CLI::App& app)
+{
+    const auto options = std::make_shared<GrammarOptions>();
+    CLI::App* verb = app.add_subcommand("grammar", "Print a species' grammar as text, or put an edited one back");
+    verb->add_option("species", options->species, "S.species")->required();
+    verb->add_option("--set", options->edited, "G.lsys: the grammar to put into the species");
+    verb->callback([options] { grammar(*options); });
+}
+
+} // namespace espalier::tool

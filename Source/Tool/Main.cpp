@@ -1,0 +1,47 @@
+#include "Command.h"
+
+#include <iostream>
+
+int main(int argc, char** argv)
+{
+    using namespace espalier::tool;
+    CLI::App app{"Espalier: draw one tree, grow any number of relatives.\n"
+                 "  espalier infer Content/Oak.archetype -o oak.species\n"
+                 "  espalier grow oak.species --seed 1..8 -o oak.glb\n"
+                 "  espalier render oak.species --archetype Content/Oak.archetype --seed 1..7 --sheet -o oak.png\n"
+                 "Exit codes: 0 good, 1 something else, 2 wrong usage, 3 bad input."};
+    app.name("espalier");
+    app.require_subcommand(1);
+    app.set_version_flag("--version", "espalier " ESPALIER_VERSION);
+    addInfer(app);
+    addGrammar(app);
+    addGrow(app);
+    addMeasure(app);
+    addOverlap(app);
+    addRender(app);
+    try
+    {
+        app.parse(argc, argv);
+    }
+    catch (const CLI::ParseError& error)
+    {
+        return app.exit(error) == 0 ? kGood : kUsage;
+    }
+    catch (const Failure& failure)
+    {
+        std::cerr << failure.message << '\n';
+        return failure.code;
+    }
+    catch (const std::exception& error) // memory, or a mistake of ours: never a silent crash
+    {
+        std::cerr << "espalier: " << error.what() << '\n';
+        return kOther;
+    }
+    std::cout.flush();
+    if (!std::cout)
+    {
+        std::cerr << "espalier: the output could not be written completely\n";
+        return kOther;
+    }
+    return kGood;
+}

@@ -1,0 +1,488 @@
+#include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Mesh/TubeMesher.h>
+#include <Espalier/Species/Appearance.h>
+#include <Plant/SampleSkeletons.h>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <limits>
+#include <map>
+#include <tuple>
+
+namespace espalier
+{
+namespace
+{
+
+using namespace samples;
+
+/// Plain tubes: nothing but what the skeleton says.
+constexpr TubeSettings kPlain{.collarFlare = 0, .rootFlare = 0};
+
+struct Meshed
+{
+    TubeResult result;
+    TubeScratch scratch;
+    TreeMesh mesh;
+};
+
+Meshed meshed(const Skeleton& skeleton, const TubeSettings& settings = {}, const BarkAppearance& bark = {})
+{
+    Meshed m;
+    m.result = meshTubes(skeleton, bark, settings, Limits{}, m.scratch, m.mesh);
+    return m;
+}
+
+/// Enclosed volume by the divergence theorem; positive if triangles face outwards.
+double volumeOf(const TreeMesh& mesh)
+{
+    double volume = 0;
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+    {
+        const DVec3 a(mesh.positions[mesh.indices[i]]);
+        const DVec3 b(mesh.positions[mesh.indices[i + 1]]);
+        const DVec3 c(mesh.positions[mesh.indices[i + 2]]);
+        volume += glm::dot(a, glm::cross(b, c)) / 6.0;
+    }
+    return volume;
+}
+
+/// Positions made ids, so that seams close.
+std::vector<std::uint32_t> weldedIds(const TreeMesh& mesh)
+{
+    std::map<std::tuple<float, float, float>, std::uint32_t> known;
+    std::vector<std::uint32_t> ids;
+    for (const Vec3& p : mesh.positions)
+        ids.push_back(known.try_emplace({p.x, p.y, p.z}, static_cast<std::uint32_t>(known.size())).first->second);
+    return ids;
+}
+
+/// Every edge is passed as often one way as the other: the surface has no border. In a skeleton without coincidences,
+/// exactly once each way.
+void expectClosed(const TreeMesh& mesh, bool isPlain, std::uint64_t seed)
+{
+    const std::vector<std::uint32_t> ids = weldedIds(mesh);
+    std::map<std::pair<std::uint32_t, std::uint32_t>, int> edges;
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+    {
+        for (std::size_t k = 0; k < 3; ++k)
+        {
+            const std::uint32_t a = ids[mesh.indices[i + k]];
+            const std::uint32_t b = ids[mesh.indices[i + (k + 1) % 3]];
+            if (a != b)
+                ++edges[{a, b}];
+        }
+    }
+    for (const auto& [edge, count] : edges)
+    {
+        const auto back = edges.find({edge.second, edge.first});
+        ASSERT_TRUE(back != edges.end() && back->second == count) << "seed " << seed;
+        if (isPlain)
+        {
+            ASSERT_EQ(count, 1) << "seed " << seed;
+        }
+    }
+}
+
+void expectGoodVertices(const TreeMesh& mesh, std::uint64_t seed)
+{
+    ASSERT_EQ(mesh.normals.size(), mesh.positions.size());
+    ASSERT_EQ(mesh.tangents.size(), mesh.positions.size());
+    ASSERT_EQ(mesh.uvs.size(), mesh.positions.size());
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    {
+        const Vec3 tangent(mesh.tangents[i]);
+        ASSERT_TRUE(std::isfinite(glm::dot(mesh.positions[i], mesh.positions[i]))) << "seed " << seed;
+        ASSERT_NEAR(glm::length(mesh.normals[i]), 1, 1e-4) << "seed " << seed;
+        ASSERT_NEAR(glm::length(tangent), 1, 1e-4) << "seed " << seed;
+        ASSERT_NEAR(glm::dot(tangent, mesh.normals[i]), 0, 1e-4) << "seed " << seed;
+        ASSERT_EQ(std::abs(mesh.tangents[i].w), 1.f);
+        ASSERT_TRUE(std::isfinite(mesh.uvs[i].x) && std::isfinite(mesh.uvs[i].y)) << "seed " << seed;
+    }
+    for (const std::uint32_t index : mesh.indices)
+        ASSERT_LT(index, mesh.positions.size());
+}
+
+TEST(TubeMesher, NothingToSweepLeavesTheMeshAlone)
+{
+    Skeleton point;
+    grow(point, kNoSegment, {0, 0, 0});
+    completeAxes(point, {});
+    Skeleton thread = straightTrunk({.radius = 0, .endRadius = 0});
+    for (const Skeleton& skeleton : {Skeleton{}, point, thread})
+    {
+        const Meshed m = meshed(skeleton);
+        EXPECT_EQ(m.result, TubeResult::EmptySkeleton);
+        EXPECT_EQ(m.mesh, TreeMesh{});
+    }
+}
+
+TEST(TubeMesher, UnsoundSkeletonsAreRefused)
+{
+    Skeleton notFinite = fork();
+    notFinite.ends[2].x = std::numeric_limits<float>::quiet_NaN();
+    Skeleton farAway = fork();
+    farAway.ends[4].x = 1.01e5f;
+    Skeleton tooThick = fork();
+    tooThick.startRadii[0] = 1e30f;
+    for (const Skeleton& skeleton : {notFinite, farAway, tooThick})
+    {
+        const Meshed m = meshed(skeleton);
+        EXPECT_EQ(m.result, TubeResult::UnsoundSkeleton);
+        EXPECT_EQ(m.mesh, TreeMesh{});
+    }
+}
+
+TEST(TubeMesher, RandomTreesGiveClosedTubesWithGoodVertices)
+{
+    for (std::uint64_t seed = 0; seed < 60; ++seed)
+    {
+        const Meshed m = meshed(randomTree(seed, 50));
+        ASSERT_EQ(m.result, TubeResult::Ok);
+        expectGoodVertices(m.mesh, seed);
+        expectClosed(m.mesh, true, seed);
+    }
+}
+
+TEST(TubeMesher, SickTreesGiveClosedTubesWithGoodVertices)
+{
+    for (std::uint64_t seed = 0; seed < 200; ++seed)
+    {
+        const Meshed m = meshed(randomTree(seed, 40, Ailments::All));
+        ASSERT_EQ(m.result, TubeResult::Ok);
+        expectGoodVertices(m.mesh, seed);
+        expectClosed(m.mesh, false, seed);
+    }
+}
+
+TEST(TubeMesher, TrianglesFaceWhereTheirNormalsPoint)
+{
+    for (std::uint64_t seed = 0; seed < 100; ++seed)
+    {
+        const TreeMesh mesh = meshed(randomTree(seed, 60)).mesh;
+        for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+        {
+            const std::uint32_t a = mesh.indices[i];
+            const std::uint32_t b = mesh.indices[i + 1];
+            const std::uint32_t c = mesh.indices[i + 2];
+            const Vec3 face = glm::cross(mesh.positions[b] - mesh.positions[a], mesh.positions[c] - mesh.positions[a]);
+            if (glm::length(face) < 1e-9f)
+                continue;
+            EXPECT_GT(glm::dot(face, mesh.normals[a] + mesh.normals[b] + mesh.normals[c]), 0)
+                << "seed " << seed << ", triangle " << i / 3;
+        }
+    }
+}
+
+TEST(TubeMesher, BitangentsRunAlongV)
+{
+    const TreeMesh mesh = meshed(fork()).mesh;
+    std::size_t agreeing = 0;
+    for (std::size_t i = 0; i < mesh.indices.size(); i += 3)
+    {
+        const std::uint32_t a = mesh.indices[i];
+        const std::uint32_t b = mesh.indices[i + 1];
+        const std::uint32_t c = mesh.indices[i + 2];
+        const Vec2 ab = mesh.uvs[b] - mesh.uvs[a];
+        const Vec2 ac = mesh.uvs[c] - mesh.uvs[a];
+        const Vec3 pab = mesh.positions[b] - mesh.positions[a];
+        const Vec3 pac = mesh.positions[c] - mesh.positions[a];
+        const float area = ab.x * ac.y - ab.y * ac.x;
+        const Vec3 alongU = (pab * ac.y - pac * ab.y) * area;
+        const Vec3 alongV = (pac * ab.x - pab * ac.x) * area;
+        const Vec3 tangent(mesh.tangents[a]);
+        const Vec3 bitangent = mesh.tangents[a].w * glm::cross(mesh.normals[a], tangent);
+        agreeing += glm::dot(alongU, tangent) > 0 && glm::dot(alongV, bitangent) > 0 ? 1 : 0;
+    }
+    // The apex and the crotch's fillet squeeze a few; a wrong sign would fail nearly all.
+    EXPECT_GT(agreeing, mesh.indices.size() / 3 * 95 / 100);
+}
+
+TEST(TubeMesher, VolumesConvergeToTheClosedForm)
+{
+    struct Case
+    {
+        const char* name;
+        float radius;
+        float endRadius;
+    };
+    constexpr double kLength = 2.0;
+    for (const Case& c : {Case{"cylinder", 0.1f, 0.1f}, Case{"frustum", 0.2f, 0.1f}, Case{"cone", 0.2f, 0.f}})
+    {
+        const double r0 = static_cast<double>(c.radius);
+        const double r1 = static_cast<double>(c.endRadius);
+        const double exact =
+            math::kPi * kLength / 3 * (r0 * r0 + r0 * r1 + r1 * r1) + 2 * math::kPi / 3 * r1 * r1 * r1; // with dome
+        double error = 1;
+        for (const std::uint16_t sides : {std::uint16_t{8}, std::uint16_t{16}, std::uint16_t{32}, std::uint16_t{64}})
+        {
+            TubeSettings settings = kPlain;
+            settings.minSides = sides;
+            settings.maxSides = sides;
+            settings.chordError = 1e-6f;
+            const double volume =
+                volumeOf(meshed(straightTrunk({.radius = c.radius, .endRadius = c.endRadius}), settings).mesh);
+            const double newError = std::abs(volume - exact) / exact;
+            EXPECT_LT(newError, 0.5 * error) << c.name << ", " << sides << " sides";
+            error = newError;
+        }
+        EXPECT_LT(error, 0.005) << c.name;
+    }
+}
+
+TEST(TubeMesher, NormalsOfAConeAreItsOwn)
+{
+    const Skeleton cone = straightTrunk({.length = 1, .segments = 3, .radius = 0.5f, .endRadius = 0.25f});
+    const Meshed m = meshed(cone, kPlain);
+    const float up = 0.25f / std::sqrt(1 + 0.25f * 0.25f);
+    const Tube& tube = m.scratch.tubes[0];
+    for (std::uint32_t i = 0; i < 2 * (tube.sides + 1); ++i) // The two rings of the cone proper.
+        EXPECT_NEAR(m.mesh.normals[i].y, up, 1e-5);
+}
+
+TEST(TubeMesher, BarkTilesWithoutASeam)
+{
+    const Meshed m = meshed(randomTree(4, 80), {}, {.tile = 0.05f});
+    std::size_t vertex = 0;
+    for (const Tube& tube : m.scratch.tubes)
+    {
+        for (std::uint32_t i = 0; i < tube.ringCount; ++i, vertex += tube.sides + 1)
+        {
+            const std::size_t last = vertex + tube.sides;
+            const float across = m.mesh.uvs[last].x - m.mesh.uvs[vertex].x;
+            EXPECT_EQ(across, std::floor(across));
+            EXPECT_GE(across, 1);
+            EXPECT_EQ(m.mesh.uvs[last].y, m.mesh.uvs[vertex].y);
+            EXPECT_EQ(m.mesh.positions[last], m.mesh.positions[vertex]);
+            EXPECT_EQ(m.mesh.normals[last], m.mesh.normals[vertex]);
+        }
+        vertex += tube.hasBase ? tube.sides : 0;
+    }
+    EXPECT_EQ(vertex, m.mesh.positions.size());
+}
+
+TEST(TubeMesher, BarkKeepsItsScaleOnThickAndThinAxes)
+{
+    for (const float radius : {0.01f, 0.1f, 0.5f})
+    {
+        const Meshed m = meshed(straightTrunk({.radius = radius, .endRadius = radius}), kPlain, {.tile = 0.5f});
+        const Tube& tube = m.scratch.tubes[0];
+        const float perMetreRound = tube.repeats / (2 * static_cast<float>(math::kPi) * radius);
+        EXPECT_NEAR(tube.repeatsPerMetre / perMetreRound, 1, 1e-3) << radius;
+    }
+}
+
+TEST(TubeMesher, EqualInputGivesEqualBytes)
+{
+    const Skeleton skeleton = randomTree(11, 200);
+    Meshed once = meshed(skeleton);
+    TreeMesh again;
+    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, once.scratch, again), TubeResult::Ok); // with a used scratch
+    EXPECT_EQ(once.mesh, again);
+    EXPECT_EQ(hashOf(once.mesh), hashOf(again));
+}
+
+TEST(TubeMesher, AppendsAfterWhatIsThere)
+{
+    const Skeleton skeleton = fork();
+    const Meshed alone = meshed(skeleton);
+    Meshed twice = alone;
+    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, twice.scratch, twice.mesh), TubeResult::Ok);
+    const auto vertices = static_cast<std::uint32_t>(alone.mesh.positions.size());
+    ASSERT_EQ(twice.mesh.parts.size(), 2u);
+    EXPECT_EQ(twice.mesh.parts[1].firstIndex, alone.mesh.indices.size());
+    EXPECT_EQ(twice.mesh.parts[1].indexCount, alone.mesh.indices.size());
+    EXPECT_EQ(twice.mesh.indices[alone.mesh.indices.size()], alone.mesh.indices[0] + vertices);
+    EXPECT_EQ(twice.mesh.positions[vertices], alone.mesh.positions[0]);
+}
+
+TEST(TubeMesher, TheVertexLimitIsExact)
+{
+    const Skeleton skeleton = randomTree(2, 100);
+    const auto needed = static_cast<std::uint32_t>(meshed(skeleton).mesh.positions.size());
+    for (const int beyond : {-1, 0, 1})
+    {
+        Limits limits;
+        limits.vertices = static_cast<std::uint32_t>(static_cast<int>(needed) + beyond);
+        TubeScratch scratch;
+        TreeMesh mesh;
+        const TubeResult result = meshTubes(skeleton, {}, {}, limits, scratch, mesh);
+        EXPECT_EQ(result, beyond < 0 ? TubeResult::TooManyVertices : TubeResult::Ok);
+        EXPECT_EQ(mesh.positions.size(), beyond < 0 ? 0 : needed);
+    }
+}
+
+TEST(TubeMesher, WarmMemoryIsNotAllocatedAgain)
+{
+    const Skeleton skeleton = randomTree(2, 100);
+    Meshed m = meshed(skeleton);
+    const Vec3* positions = m.mesh.positions.data();
+    const TubeRing* rings = m.scratch.rings.data();
+    m.mesh.clear();
+    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, m.scratch, m.mesh), TubeResult::Ok);
+    EXPECT_EQ(m.mesh.positions.data(), positions);
+    EXPECT_EQ(m.scratch.rings.data(), rings);
+}
+
+TEST(TubeMesher, SkipsAZeroLengthSegment)
+{
+    const Skeleton plain = straightTrunk({.length = 2, .segments = 2});
+    Skeleton doubled;
+    doubled.widthsGiven = true;
+    std::uint32_t last = grow(doubled, kNoSegment, {0, 1, 0}, plain.startRadii[0]);
+    last = grow(doubled, last, {0, 0, 0}, plain.startRadii[1]);
+    last = grow(doubled, last, {0, 1, 0}, plain.startRadii[1]);
+    completeAxes(doubled, {});
+    doubled.endRadii[last] = plain.endRadii[1];
+    EXPECT_EQ(meshed(doubled).mesh, meshed(plain).mesh);
+}
+
+TEST(TubeMesher, StraightTapersNeedNoRingsBetween)
+{
+    const Meshed few = meshed(straightTrunk({.segments = 1}), kPlain);
+    const Meshed many = meshed(straightTrunk({.segments = 50}), kPlain);
+    EXPECT_EQ(many.mesh.positions.size(), few.mesh.positions.size());
+}
+
+TEST(TubeMesher, AMovedSegmentStartsATubeOfItsOwn)
+{
+    Skeleton skeleton;
+    const std::uint32_t trunk = grow(skeleton, kNoSegment, {0, 1, 0});
+    addSegment(skeleton, trunk, {2, 3, 0}, {2, 4, 0});
+    completeAxes(skeleton, {});
+    const Meshed m = meshed(skeleton);
+    ASSERT_EQ(m.scratch.tubes.size(), 2u);
+    EXPECT_EQ(m.scratch.rings[m.scratch.tubes[1].firstRing].centre, Vec3(2, 3, 0));
+    EXPECT_EQ(m.scratch.tubes[1].collar.height, 0);
+}
+
+TEST(TubeMesher, TheTrunkWidensToTheGround)
+{
+    const Skeleton trunk = straightTrunk({.radius = 0.1f, .endRadius = 0.1f});
+    const Meshed m = meshed(trunk, {.rootFlare = 0.5f, .rootFlareLength = 3});
+    EXPECT_FLOAT_EQ(m.scratch.rings[0].radius, 0.15f);
+    for (const TubeRing& ring : m.scratch.rings)
+    {
+        if (ring.along >= 0.3f && ring.along <= 2)
+        {
+            EXPECT_NEAR(ring.radius, 0.1f, 1e-5);
+        }
+    }
+}
+
+TEST(TubeMesher, ALeaningTrunkLeavesNoGapAboveTheGround)
+{
+    Skeleton skeleton;
+    grow(skeleton, kNoSegment, {0.5f, 1, 0});
+    completeAxes(skeleton, {.tipRadius = 0.1f});
+    const Meshed m = meshed(skeleton);
+    for (std::uint32_t j = 0; j < m.scratch.tubes[0].sides; ++j)
+        EXPECT_LE(m.mesh.positions[j].y, 1e-4f);
+}
+
+/// Widest extent across the fork's plane within `distance` of the trunk's surface, of the branch alone.
+float widthAtFork(const Meshed& m, float distance)
+{
+    const Tube& branch = m.scratch.tubes[1];
+    const Tube& trunk = m.scratch.tubes[0];
+    const std::size_t first = trunk.ringCount * (trunk.sides + 1) + (trunk.hasBase ? trunk.sides : 0);
+    float widest = 0;
+    for (std::size_t i = first; i < first + branch.ringCount * (branch.sides + 1); ++i)
+    {
+        const Vec3& p = m.mesh.positions[i];
+        const float fromAxis = std::sqrt(p.x * p.x + p.z * p.z);
+        if (fromAxis < branch.collar.parentRadius + distance)
+            widest = std::max(widest, std::abs(p.z));
+    }
+    return widest;
+}
+
+Skeleton sideBranch()
+{
+    Skeleton skeleton;
+    skeleton.widthsGiven = true;
+    const std::uint32_t trunk = grow(skeleton, kNoSegment, {0, 1, 0}, 0.2f);
+    const std::uint32_t upper = grow(skeleton, trunk, {0, 1, 0}, 0.2f);
+    grow(skeleton, upper, {0, 1, 0}, 0.2f);
+    const std::uint32_t branch = grow(skeleton, trunk, {1, 1, 0}, 0.06f);
+    grow(skeleton, branch, {1, 1, 0}, 0.06f);
+    completeAxes(skeleton, {});
+    return skeleton;
+}
+
+TEST(TubeMesher, ACollarIsWiderThanItsBranchAndReachesIntoTheParent)
+{
+    const Meshed m = meshed(sideBranch());
+    ASSERT_EQ(m.scratch.tubes.size(), 2u);
+    const Tube& branch = m.scratch.tubes[1];
+    EXPECT_GT(branch.collar.height, 0);
+    EXPECT_GT(widthAtFork(m, 0.01f), 1.3f * 0.06f);
+    EXPECT_LT(widthAtFork(meshed(sideBranch(), {.collarFlare = 0}), 0.01f), 1.05f * 0.06f);
+
+    // All of its first ring and of its foot lie inside the parent.
+    const Tube& trunk = m.scratch.tubes[0];
+    const std::size_t first = trunk.ringCount * (trunk.sides + 1) + trunk.sides;
+    for (std::size_t i = first; i < first + 2 * (branch.sides + 1); ++i)
+    {
+        const Vec3& p = m.mesh.positions[i];
+        EXPECT_LT(std::sqrt(p.x * p.x + p.z * p.z), 0.2f);
+    }
+}
+
+TEST(TubeMesher, ABranchThickerThanItsParentBeginsHidden)
+{
+    Skeleton skeleton = sideBranch();
+    skeleton.startRadii[0] = skeleton.endRadii[0] = skeleton.startRadii[1] = skeleton.endRadii[1] = 0.03f;
+    const Meshed m = meshed(skeleton);
+    const Tube& branch = m.scratch.tubes[1];
+    EXPECT_LT(m.scratch.rings[branch.firstRing].radius, 0.03f);
+}
+
+TEST(TubeMesher, SidesFollowTheChordError)
+{
+    for (const float chordError : {0.02f, 0.002f, 0.0002f})
+    {
+        const Meshed m = meshed(straightTrunk({.radius = 0.1f}),
+                                {.minSides = 3, .maxSides = 256, .chordError = chordError, .rootFlare = 0});
+        const std::uint32_t sides = m.scratch.tubes[0].sides;
+        const auto sagitta = [](std::uint32_t n) { return 0.1 * (1 - math::cos(math::kPi / n)); };
+        EXPECT_LE(sagitta(sides), static_cast<double>(chordError) * 1.001);
+        EXPECT_GT(sagitta(sides - 2), static_cast<double>(chordError) * 0.9);
+    }
+}
+
+TEST(TubeMesher, NonsenseSettingsAreClamped)
+{
+    constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+    const TubeSettings nonsense[] = {
+        {.minSides = 0, .maxSides = 0},
+        {.minSides = 9999, .maxSides = 9999},
+        {.chordError = kNan, .smoothing = kNan, .maxRingAngle = kNan, .collarFlare = kNan, .collarLength = kNan},
+        {.chordError = -1, .smoothing = -5, .maxRingAngle = 0, .collarFlare = -1, .rootFlare = -1},
+        {.smoothing = 9,
+         .maxRingAngle = 99,
+         .collarFlare = 99,
+         .collarLength = 999,
+         .rootFlare = 99,
+         .rootFlareLength = 999},
+        {.collarLength = 0, .rootFlareLength = 0},
+    };
+    for (const TubeSettings& settings : nonsense)
+    {
+        const Meshed m = meshed(fork(), settings);
+        ASSERT_EQ(m.result, TubeResult::Ok);
+        expectGoodVertices(m.mesh, 0);
+        expectClosed(m.mesh, false, 0);
+    }
+}
+
+TEST(TreeMesh, ClearKeepsNothing)
+{
+    TreeMesh mesh = meshed(fork()).mesh;
+    EXPECT_NE(hashOf(mesh), hashOf(TreeMesh{}));
+    mesh.clear();
+    EXPECT_EQ(mesh, TreeMesh{});
+    EXPECT_EQ(hashOf(mesh), hashOf(TreeMesh{}));
+}
+
+} // namespace
+} // namespace espalier
