@@ -21,6 +21,7 @@ enum class Purpose : std::uint32_t
     Expression = 3, ///< rand() and normal() inside expressions.
     Shuffle = 4,
     Sampling = 5,   ///< Rays of a picture, probes of a test.
+    SmoothTransform = 6,
 };
 
 /// A place in a tree of choices under a seed: randomness is a pure function of (seed, path, purpose, counter).

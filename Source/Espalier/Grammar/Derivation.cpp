@@ -206,12 +206,29 @@ private:
                                    "a row from 0 to " + std::to_string(rows.size() - 1));
                 row = static_cast<std::uint32_t>(value);
             }
-            std::ranges::copy(rows[row], frame.transform);
+            smooth(rows[row], program_.tables_[table].spread, key, frame.transform);
             sink_.beginInstance(index, row);
         }
         scratch_.parameters.insert(scratch_.parameters.end(), scratch_.arguments.begin(), scratch_.arguments.end());
         scratch_.frames.push_back(frame);
         return {};
+    }
+
+    /// The row with each component moved by a triangular kernel: bounded by sqrt(6) deviations, so a scaling stays positive, and
+    /// cheap, being the sum of two uniforms.
+    static void smooth(const std::array<double, 4>& row, const std::array<double, 4>& spread, RandomKey key, double* transform)
+    {
+        constexpr double kSqrt6 = 2.449489742783178;
+        for (std::uint32_t i = 0; i < 4; ++i)
+        {
+            transform[i] = row[i];
+            if (spread[i] == 0)
+                continue;
+            const double a = key.uniform(Purpose::SmoothTransform, 2 * i);
+            const double b = key.uniform(Purpose::SmoothTransform, 2 * i + 1);
+            const double moved = kSqrt6 * spread[i] * (a + b - 1);
+            transform[i] = i == 0 ? row[i] * (1 + moved) : row[i] + moved;
+        }
     }
 
     Error notFinite(std::uint32_t index) const

@@ -77,11 +77,13 @@ struct Grammar
 [[nodiscard]] std::string printProduction(const Grammar& grammar, const Production& production);
 
 /// A table of observed transforms: what the drawn instances of one template looked like. Rows stay together, so what was
-/// drawn together is grown together.
+/// drawn together is grown together; then each component is smoothed by a triangular kernel of its spread.
 struct TransformTable
 {
     std::string name;
     std::vector<std::array<double, 4>> rows; ///< scaling, rotation, branching angle, roll (degrees).
+    /// Standard deviation of the smoothing: of the scaling as a share of it, [0, 0.4]; of the angles in degrees. 0: exactly the row.
+    std::array<double, 4> spread{};
 
     friend bool operator==(const TransformTable&, const TransformTable&) = default;
 };

@@ -7,8 +7,10 @@ namespace espalier {
 
 TransformUse transformUse(const TransformTable& table)
 {
-    return {std::ranges::any_of(table.rows, [](const auto& row) { return row[1] != 0; }),
-            std::ranges::any_of(table.rows, [](const auto& row) { return row[3] != 0; })};
+    const auto moves = [&](std::size_t component) {
+        return table.spread[component] != 0 || std::ranges::any_of(table.rows, [&](const auto& row) { return row[component] != 0; });
+    };
+    return {moves(1), moves(3)};
 }
 
 namespace {

@@ -54,6 +54,31 @@ LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& libra
     return result;
 }
 
+/// Smooths each table by a share of what it was seen to vary, so that two trees with the same branches still differ. At weight 0
+/// nothing moves; at 1 the share is a tenth, which leaves the distribution of each parameter recognisably the drawn one.
+void smoothTables(std::vector<TransformTable>& tables, double weight)
+{
+    constexpr double kShare = 0.1;
+    constexpr double kMostScaling = 0.1;
+    for (TransformTable& table : tables)
+        for (std::size_t component = 0; component < 4; ++component)
+        {
+            double sum = 0;
+            double squares = 0;
+            for (const auto& row : table.rows)
+            {
+                sum += row[component];
+                squares += row[component] * row[component];
+            }
+            const double count = static_cast<double>(table.rows.size());
+            const double mean = sum / count;
+            double spread = kShare * weight * std::sqrt(std::max(0.0, squares / count - mean * mean));
+            if (component == 0)
+                spread = std::min(kMostScaling, spread / mean);
+            table.spread[component] = std::round(spread * 1e4) / 1e4;
+        }
+}
+
 /// Writes the grammar of one choice of classes and weight.
 class KinGrammarWriter
 {
@@ -62,6 +87,7 @@ public:
         : library_(library), limbs_(limbs), classes_(classes), transforms_(transformsOf(limbs, library)), grammar_(grammarFor(library)),
           indexInClass_(limbs.limbs.size())
     {
+        smoothTables(transforms_.tables, classes.weight);
         for (const std::vector<std::uint32_t>& kin : classes.kin)
             for (std::uint32_t i = 0; i < kin.size(); ++i)
                 indexInClass_[kin[i]] = i;

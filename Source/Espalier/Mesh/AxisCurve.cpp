@@ -5,13 +5,11 @@
 // Radii: F. N. Fritsch, J. Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", SIAM J.
 // Sci. Stat. Comput., 1984 (the harmonic mean of neighbouring secants).
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
-/// A segment is halved at most so often: 2^6 rings draw any bend that anybody asked for.
-constexpr int kMaxHalvings = 6;
+/// A segment is halved at most so often: 2^8 rings draw any bend that anybody asked for.
+constexpr int kMaxHalvings = 8;
 
 /// Beside a much shorter neighbour a tangent still has this share of its own segment, lest the bend become a corner.
 constexpr float kLeastReach = 0.3f;
@@ -80,8 +78,7 @@ Bezier segmentCurve(const std::vector<AxisJoint>& joints, std::size_t k, float s
     const AxisJoint& next = joints[k + 1];
     const float reachBefore = k > 0 ? joints[k - 1].length : startReach;
     const float reachAfter = k + 2 < joints.size() ? next.length : here.length;
-    const auto handle = [&](const Vec3& tangent, float reach)
-    {
+    const auto handle = [&](const Vec3& tangent, float reach) {
         // A unit tangent of full length is Catmull-Rom's on even joints; a turned one bulges less when shorter.
         const Vec3 blended = directionOr(glm::mix(here.direction, tangent, smoothing), here.direction);
         const float turned = std::max(glm::dot(blended, here.direction), 0.35f);

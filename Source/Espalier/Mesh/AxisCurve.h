@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace espalier
-{
+namespace espalier {
 
 /// A corner of an axis before it is smoothed.
 struct AxisJoint

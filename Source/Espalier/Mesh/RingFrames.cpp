@@ -4,10 +4,8 @@
 // Based on: W. Wang, B. Jüttler, D. Zheng, Y. Liu, "Computation of Rotation Minimizing Frames", ACM TOG, 2008 (double
 // reflection). Departure: the result is made normal again at every step, so rounding does not add up.
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 /// Squared length below which a vector has no usable direction.
 constexpr float kNoStep = 1e-24f;

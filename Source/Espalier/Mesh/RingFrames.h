@@ -2,8 +2,7 @@
 
 #include <Espalier/Core/Vector.h>
 
-namespace espalier
-{
+namespace espalier {
 
 /// Carries `side`, unit and normal to `tangent`, along a curve from `position` to the next point without twisting it:
 /// one step of a rotation-minimizing frame. The result is unit and normal to `nextTangent`, for any input.

@@ -2,10 +2,8 @@
 #include <Espalier/Mesh/TreeMesh.h>
 #include <span>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 template <class Vector>
 void hashVectors(Hash64& hash, const std::vector<Vector>& all)

@@ -4,8 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace espalier
-{
+namespace espalier {
 
 /// What a part of a tree mesh is made of.
 enum class MeshMaterial : std::uint8_t

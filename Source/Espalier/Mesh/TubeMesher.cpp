@@ -11,10 +11,8 @@
 // Two passes. The first plans every tube down to its rings and counts vertices, so that limits are kept before memory
 // is taken; the second writes by index into arrays of exactly the right size.
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 /// Metres. A gap this small between parent and child is the rounding of whoever moved the branch, no turtle's move.
 constexpr float kJoinTolerance = 1e-4f;
@@ -68,8 +66,9 @@ TubeSettings clamped(TubeSettings settings)
 
 bool isWithin(const Skeleton& skeleton, float limit)
 {
-    const auto inside = [&](const Vec3& v)
-    { return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit; };
+    const auto inside = [&](const Vec3& v) {
+        return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
+    };
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
     {
         if (!inside(skeleton.starts[i]) || !inside(skeleton.ends[i]) || skeleton.startRadii[i] > limit ||
@@ -304,10 +303,13 @@ Stations layCollar(const Plan& plan, TubeCollar& collar)
     }
     if (stations.count < 2)
         return {};
-    // Where a branch hardly parts from its parent there is no corner to fill.
+
+    // Where a branch hardly parts from its parent there is no corner to fill, and no room for a fillet.
     collar.start = stations.along[0];
-    const float steepness = std::clamp((collar.length / (collar.end - collar.start) - 0.15f) / 0.35f, 0.f, 1.f);
-    collar.height = height * steepness;
+    const float steepness = std::min(collar.parentRadius / collar.start, collar.length / (collar.end - collar.start));
+    collar.height = height * std::clamp((steepness - 0.2f) / 0.3f, 0.f, 1.f);
+    if (collar.height <= 0)
+        return {};
     return stations;
 }
 
@@ -458,8 +460,7 @@ void planTube(const Plan& plan, std::uint32_t segment)
     const RootFlare flare = rootFlareOf(plan, segment);
     const bool isBranch = tube.collar.parentRadius > 0;
     const Stations stations = isBranch ? layCollar(plan, tube.collar) : flareStations(flare);
-    const auto shaped = [&](CurvePoint point, bool pinned)
-    {
+    const auto shaped = [&](CurvePoint point, bool pinned) {
         flare.widen(point);
         if (isBranch)
             hideStart(tube.collar, point, startRadius);
@@ -499,7 +500,7 @@ void planTube(const Plan& plan, std::uint32_t segment)
     tube.sides = sidesFor(thickest, plan.settings);
     tube.repeats = std::max(1.f, std::floor(circumference / plan.tile + 0.5f));
     tube.repeatsPerMetre = 1 / std::max(circumference / tube.repeats, plan.tile / kFinestBark);
-    tube.baseVertices = rings[0].radius <= 0 ? 0 : tube.collar.height > 0 ? tube.sides + 1 : tube.sides;
+    tube.baseVertices = tube.collar.height > 0 ? tube.sides + 1 : rings[0].radius > 0 ? tube.sides : 0;
     scratch.tubes.push_back(tube);
 }
 
@@ -565,8 +566,8 @@ Vec3 collarPoint(const TubeCollar& collar, const TubeRing& ring, const Vec3& out
     return spread + settled.away * (rest * (settled.radius + wanted - settled.distance));
 }
 
-/// The normal of a collar's vertex: the mesh's own, turned into the parent's towards the foot, so that light crosses the
-/// joint without an edge.
+/// The normal of a collar's vertex: the mesh's own, turned into the parent's towards the foot, so that light crosses
+/// the joint without an edge.
 Vec3 collarNormal(const TubeCollar& collar, const TubeRing& ring, const Vec3& position, const Vec3& own)
 {
     const float level = std::clamp(heightOverParent(collar, ring.centre) / collar.length, 0.f, 1.f);
@@ -582,8 +583,7 @@ class TubeWriter
 public:
     TubeWriter(const TubeScratch& scratch, float tile, TreeMesh& mesh, std::size_t vertex, std::size_t index)
         : scratch_(scratch), tile_(tile), mesh_(mesh), vertex_(vertex), index_(index)
-    {
-    }
+    {}
 
     void write(const Tube& tube)
     {
@@ -600,7 +600,7 @@ public:
         if (tube.collar.height > 0)
             shadeCollar(tube, rings, first);
         writeSides(tube, first);
-        if (tube.collar.height > 0 && tube.baseVertices > 0)
+        if (tube.collar.height > 0)
             writeRoot(tube, rings[0], first);
         else if (tube.baseVertices > 0)
             writeLid(tube, rings[0], first);
@@ -613,15 +613,22 @@ private:
         const Vec3 lean = ring.tangent * ring.normal.y;
         const float v = ring.along * tube.repeatsPerMetre;
         const float uStep = tube.repeats / static_cast<float>(tube.sides);
+        // Plain pointers: through the vectors, every store would make the compiler load their addresses again.
+        Vec3* const positions = &mesh_.positions[vertex_];
+        Vec3* const normals = &mesh_.normals[vertex_];
+        Vec4* const tangents = &mesh_.tangents[vertex_];
+        Vec2* const uvs = &mesh_.uvs[vertex_];
+        const TubeRing here = ring;
         for (std::size_t j = 0; j < circle.size(); ++j)
         {
-            const Vec3 outward = ring.side * circle[j].x + up * circle[j].y;
-            mesh_.positions[vertex_] = ring.centre + outward * ring.radius;
-            mesh_.normals[vertex_] = outward * ring.normal.x + lean;
-            mesh_.tangents[vertex_] = Vec4(up * circle[j].x - ring.side * circle[j].y, 1);
-            mesh_.uvs[vertex_] = {static_cast<float>(j) * uStep, v};
-            ++vertex_;
+            const Vec2 point = circle[j];
+            const Vec3 outward = here.side * point.x + up * point.y;
+            positions[j] = here.centre + outward * here.radius;
+            normals[j] = outward * here.normal.x + lean;
+            tangents[j] = Vec4(up * point.x - here.side * point.y, 1);
+            uvs[j] = {static_cast<float>(j) * uStep, v};
         }
+        vertex_ += circle.size();
         mesh_.uvs[vertex_ - 1].x = tube.repeats;
     }
 
@@ -650,8 +657,7 @@ private:
                 const Vec3 normal = collarNormal(tube.collar, rings[i], mesh_.positions[row + j], own);
                 const Vec3 tangent(mesh_.tangents[row + j]);
                 mesh_.normals[row + j] = normal;
-                mesh_.tangents[row + j] =
-                    Vec4(sideNormalTo(normal, glm::dot(tangent, round) > 0 ? round : tangent), 1);
+                mesh_.tangents[row + j] = Vec4(sideNormalTo(normal, glm::dot(tangent, round) > 0 ? round : tangent), 1);
             }
             mesh_.normals[row + tube.sides] = mesh_.normals[row];
             mesh_.tangents[row + tube.sides] = mesh_.tangents[row];
@@ -660,17 +666,26 @@ private:
 
     void writeSides(const Tube& tube, std::uint32_t first)
     {
-        const std::uint32_t stride = tube.sides + 1;
+        const std::uint32_t sides = tube.sides;
+        const std::uint32_t stride = sides + 1;
+        std::uint32_t* next = &mesh_.indices[index_];
+        const auto triangle = [&next](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            next[0] = a;
+            next[1] = b;
+            next[2] = c;
+            next += 3;
+        };
         for (std::uint32_t i = 0; i + 1 < tube.ringCount; ++i)
         {
             const bool toApex = i + 2 == tube.ringCount;
-            for (std::uint32_t a = first + i * stride; a < first + i * stride + tube.sides; ++a)
+            for (std::uint32_t a = first + i * stride; a < first + i * stride + sides; ++a)
             {
-                writeTriangle(a, a + 1, a + stride);
+                triangle(a, a + 1, a + stride);
                 if (!toApex)
-                    writeTriangle(a + 1, a + stride + 1, a + stride);
+                    triangle(a + 1, a + stride + 1, a + stride);
             }
         }
+        index_ = static_cast<std::size_t>(next - mesh_.indices.data());
     }
 
     /// A flat lid on the first ring.

@@ -7,8 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-namespace espalier
-{
+namespace espalier {
 
 struct Skeleton;
 struct BarkAppearance;
@@ -71,8 +70,8 @@ struct Tube
     std::uint32_t firstRing = 0;
     std::uint32_t ringCount = 0;
     std::uint32_t sides = 0;
-    float repeats = 1;         ///< Of the bark round the tube; whole.
-    float repeatsPerMetre = 1; ///< Along it.
+    float repeats = 1;              ///< Of the bark round the tube; whole.
+    float repeatsPerMetre = 1;      ///< Along it.
     std::uint32_t baseVertices = 0; ///< Closing the start; 0 if its first ring has no radius.
     TubeCollar collar;
 };

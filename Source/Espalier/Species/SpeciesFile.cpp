@@ -166,6 +166,52 @@ Expected<void> readProvenance(const Value& value, Provenance& provenance)
         .result();
 }
 
+/// Four numbers: a scaling, then three angles.
+Expected<std::array<double, 4>> readTransform(const Value& value, std::string_view role, double mostScaling, const Limits& limits)
+{
+    if (auto done = value.requireArray(role); !done)
+        return tl::make_unexpected(done.error());
+    const std::vector<Value> items = value.items();
+    if (items.size() != 4)
+        return value.fail(std::string(role) + " has " + std::to_string(items.size()) + " numbers", "[scaling, rotation, branching angle, roll]");
+    std::array<double, 4> values{};
+    for (std::size_t i = 0; i < 4; ++i)
+    {
+        const double most = i == 0 ? mostScaling : limits.angleDegrees;
+        const auto number = items[i].number(i == 0 ? "a scaling" : "an angle", i == 0 ? 0 : -most, most);
+        if (!number)
+            return tl::make_unexpected(number.error());
+        values[i] = *number;
+    }
+    return values;
+}
+
+Expected<void> readTable(const Value& value, const Limits& limits, TransformTable& table)
+{
+    constexpr double kMostSpread = 0.4; // sqrt(6) of these stay below 1: no scaling becomes negative
+    if (auto done = value.requireObject("a table", {"spread", "rows"}); !done)
+        return done;
+    return Fields(value)
+        .read("spread",
+              [&](const Value& v) {
+                  return readTransform(v, "the spread", kMostSpread, limits).map([&](const auto& spread) { table.spread = spread; });
+              })
+        .read("rows",
+              [&](const Value& v) -> Expected<void> {
+                  if (auto done = v.requireArray("rows"); !done)
+                      return done;
+                  for (const Value& item : v.items())
+                  {
+                      const auto row = readTransform(item, "a row", limits.coordinate, limits);
+                      if (!row)
+                          return tl::make_unexpected(row.error());
+                      table.rows.push_back(*row);
+                  }
+                  return {};
+              })
+        .result();
+}
+
 Expected<void> readTables(const Value& value, const Limits& limits, std::vector<TransformTable>& tables)
 {
     if (auto done = value.requireObject("tables"); !done)
@@ -174,26 +220,8 @@ Expected<void> readTables(const Value& value, const Limits& limits, std::vector<
     {
         TransformTable table;
         table.name = item.key();
-        if (auto done = item.requireArray("a table"); !done)
+        if (auto done = readTable(item, limits, table); !done)
             return done;
-        for (const Value& row : item.items())
-        {
-            if (auto done = row.requireArray("a row"); !done)
-                return done;
-            const std::vector<Value> items = row.items();
-            if (items.size() != 4)
-                return row.fail("the row has " + std::to_string(items.size()) + " numbers", "[scaling, rotation, branching angle, roll]");
-            std::array<double, 4> values{};
-            for (std::size_t i = 0; i < 4; ++i)
-            {
-                const double most = i == 0 ? limits.coordinate : limits.angleDegrees;
-                const auto number = items[i].number(i == 0 ? "scaling" : "an angle", i == 0 ? 0 : -most, most);
-                if (!number)
-                    return tl::make_unexpected(number.error());
-                values[i] = *number;
-            }
-            table.rows.push_back(values);
-        }
         if (table.rows.empty())
             return item.fail("the table " + table.name + " has no row", "at least one row");
         tables.push_back(std::move(table));
@@ -235,6 +263,14 @@ Expected<void> readGrammar(const Value& value, std::string_view file, const Limi
     }
     grammar = std::move(*parsed);
     return {};
+}
+
+std::string transformText(const std::array<double, 4>& values)
+{
+    std::string text = "[";
+    for (std::size_t i = 0; i < values.size(); ++i)
+        text += (i == 0 ? "" : ", ") + formatNumber(values[i]);
+    return text + "]";
 }
 
 std::string pair(std::uint32_t a, std::uint32_t b)
@@ -313,15 +349,10 @@ std::string printSpecies(const Species& species)
     for (std::size_t t = 0; t < species.tables.size(); ++t)
     {
         const TransformTable& table = species.tables[t];
-        out += (t == 0 ? "\n    " : ",\n    ") + quoteJson(table.name) + ": [";
+        out += (t == 0 ? "\n    " : ",\n    ") + quoteJson(table.name) + ": {\"spread\": " + transformText(table.spread) + ", \"rows\": [";
         for (std::size_t i = 0; i < table.rows.size(); ++i)
-        {
-            out += i == 0 ? "[" : ", [";
-            for (std::size_t k = 0; k < 4; ++k)
-                out += (k == 0 ? "" : ", ") + formatNumber(table.rows[i][k]);
-            out += ']';
-        }
-        out += ']';
+            out += (i == 0 ? "" : ", ") + transformText(table.rows[i]);
+        out += "]}";
     }
     out += species.tables.empty() ? "},\n" : "\n  },\n";
     if (species.window)

@@ -6,10 +6,8 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 constexpr float kMaxTurn = 0.2f;
 
@@ -34,10 +32,11 @@ std::vector<AxisJoint> randomJoints(std::uint64_t seed)
     float radius = 0.3f;
     for (std::uint32_t i = 0; i < joints.size(); ++i)
     {
-        const auto draw = [&](std::uint32_t n)
-        { return static_cast<float>(key.child(i).uniform(Purpose::Sampling, n)); };
+        const auto draw = [&](std::uint32_t n) {
+            return static_cast<float>(key.child(i).uniform(Purpose::Sampling, n));
+        };
         joints[i] = {.position = position, .radius = radius};
-        const float length = draw(0) < 0.3f ? 0.02f : 1.f; // Uneven on purpose.
+        const float length = draw(0) < 0.3f ? 0.1f : 1.f; // Uneven on purpose.
         position += length * glm::normalize(Vec3(2 * draw(1) - 1, 0.3f + draw(2), 2 * draw(3) - 1));
         radius *= draw(4) < 0.5f ? 1.f : draw(5);
     }

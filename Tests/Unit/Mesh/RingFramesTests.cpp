@@ -4,10 +4,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 void expectNormal(const Vec3& side, const Vec3& tangent)
 {
@@ -60,18 +58,15 @@ TEST(RingFrames, AHelixTurnsAgainstItsFrenetFrameByItsTorsion)
     const double a = 1.0;
     const double b = 0.5;
     const double c = std::sqrt(a * a + b * b);
-    const auto at = [&](double t)
-    {
+    const auto at = [&](double t) {
         const math::SinCos s = math::sinCos(t);
         return Vec3(a * s.cos, b * t, a * s.sin);
     };
-    const auto tangentAt = [&](double t)
-    {
+    const auto tangentAt = [&](double t) {
         const math::SinCos s = math::sinCos(t);
         return Vec3(-a * s.sin / c, b / c, a * s.cos / c);
     };
-    const auto frenetNormalAt = [&](double t)
-    {
+    const auto frenetNormalAt = [&](double t) {
         const math::SinCos s = math::sinCos(t);
         return Vec3(-s.cos, 0, -s.sin);
     };
@@ -93,8 +88,7 @@ TEST(RingFrames, AnyInputGivesAUnitNormal)
     const RandomKey key(Seed{3});
     for (std::uint32_t i = 0; i < 2000; ++i)
     {
-        const auto vector = [&](std::uint32_t n)
-        {
+        const auto vector = [&](std::uint32_t n) {
             const RandomKey k = key.child(i).child(n);
             const auto x = static_cast<float>(2 * k.uniform(Purpose::Sampling, 0) - 1);
             const auto y = static_cast<float>(2 * k.uniform(Purpose::Sampling, 1) - 1);

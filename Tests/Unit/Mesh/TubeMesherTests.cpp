@@ -8,10 +8,8 @@
 #include <map>
 #include <tuple>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 using namespace samples;
 
@@ -255,7 +253,7 @@ TEST(TubeMesher, BarkTilesWithoutASeam)
             EXPECT_EQ(m.mesh.positions[last], m.mesh.positions[vertex]);
             EXPECT_EQ(m.mesh.normals[last], m.mesh.normals[vertex]);
         }
-        vertex += tube.hasBase ? tube.sides : 0;
+        vertex += tube.baseVertices;
     }
     EXPECT_EQ(vertex, m.mesh.positions.size());
 }
@@ -384,7 +382,7 @@ float widthAtFork(const Meshed& m, float distance)
 {
     const Tube& branch = m.scratch.tubes[1];
     const Tube& trunk = m.scratch.tubes[0];
-    const std::size_t first = trunk.ringCount * (trunk.sides + 1) + (trunk.hasBase ? trunk.sides : 0);
+    const std::size_t first = trunk.ringCount * (trunk.sides + 1) + trunk.baseVertices;
     float widest = 0;
     for (std::size_t i = first; i < first + branch.ringCount * (branch.sides + 1); ++i)
     {
@@ -418,10 +416,10 @@ TEST(TubeMesher, ACollarIsWiderThanItsBranchAndReachesIntoTheParent)
     EXPECT_GT(widthAtFork(m, 0.01f), 1.3f * 0.06f);
     EXPECT_LT(widthAtFork(meshed(sideBranch(), {.collarFlare = 0}), 0.01f), 1.05f * 0.06f);
 
-    // All of its first ring and of its foot lie inside the parent.
+    // All of its foot lies inside the parent.
     const Tube& trunk = m.scratch.tubes[0];
-    const std::size_t first = trunk.ringCount * (trunk.sides + 1) + trunk.sides;
-    for (std::size_t i = first; i < first + 2 * (branch.sides + 1); ++i)
+    const std::size_t first = trunk.ringCount * (trunk.sides + 1) + trunk.baseVertices;
+    for (std::size_t i = first; i < first + branch.sides + 1; ++i)
     {
         const Vec3& p = m.mesh.positions[i];
         EXPECT_LT(std::sqrt(p.x * p.x + p.z * p.z), 0.2f);
@@ -432,9 +430,10 @@ TEST(TubeMesher, ABranchThickerThanItsParentBeginsHidden)
 {
     Skeleton skeleton = sideBranch();
     skeleton.startRadii[0] = skeleton.endRadii[0] = skeleton.startRadii[1] = skeleton.endRadii[1] = 0.03f;
-    const Meshed m = meshed(skeleton);
-    const Tube& branch = m.scratch.tubes[1];
-    EXPECT_LT(m.scratch.rings[branch.firstRing].radius, 0.03f);
+    const Meshed m = meshed(skeleton, kPlain);
+    const std::uint32_t first = m.scratch.tubes[1].firstRing;
+    EXPECT_LT(m.scratch.rings[first].radius, 0.03f);
+    EXPECT_EQ(m.scratch.rings[first + m.scratch.tubes[1].ringCount / 2].radius, 0.06f);
 }
 
 TEST(TubeMesher, SidesFollowTheChordError)
