@@ -117,13 +117,13 @@ public:
     bool null()
     {
         add(JsonDocument::Type::Null, 4);
-        return true;
+        return !error_;
     }
     bool boolean(bool value)
     {
         const std::size_t length = value ? 4 : 5;
         add(JsonDocument::Type::Boolean, length).boolean = value;
-        return true;
+        return !error_;
     }
     bool number_integer(std::int64_t value) { return addNumber(static_cast<double>(value)); }
     bool number_unsigned(std::uint64_t value) { return addNumber(static_cast<double>(value)); }
@@ -211,6 +211,9 @@ private:
     JsonDocument::Node& add(JsonDocument::Type type, std::size_t length)
     {
         auto& nodes = document_.nodes_;
+        if (nodes.size() >= limits_.jsonValues && !error_)
+            report(ErrorKind::Limit, tokenStart(), "the file holds more than " + std::to_string(limits_.jsonValues) + " values",
+                   "at most the limit jsonValues");
         const auto index = static_cast<std::uint32_t>(nodes.size());
         JsonDocument::Node node;
         node.type = type;
@@ -234,7 +237,7 @@ private:
         const std::string_view token = numberAt(text(), tokenStart());
         const bool negativeZero = value == 0 && token.front() == '-'; // nlohmann reads -0 as an integer.
         add(JsonDocument::Type::Number, token.size()).number = negativeZero ? -0.0 : value;
-        return true;
+        return !error_;
     }
 
     bool open(JsonDocument::Type type)
@@ -247,7 +250,7 @@ private:
         }
         add(type, 1);
         open_.push_back({static_cast<std::uint32_t>(document_.nodes_.size() - 1), 0});
-        return true;
+        return !error_;
     }
 
     void close()

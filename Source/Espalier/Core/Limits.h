@@ -11,6 +11,7 @@ struct Limits
 {
     std::size_t fileBytes = std::size_t{16} << 20;
     std::uint32_t jsonDepth = 64;
+    std::uint32_t jsonValues = 3u << 19; ///< Of one file. Bounds the memory that 16 MiB of "[[[0,0,..." can ask for.
     std::size_t stringBytes = std::size_t{64} << 10;
     std::uint32_t productions = 4096;     ///< Of hand-written grammars. Inferred ones may have `inferredNodes`.
     std::uint32_t templates = 4096;
