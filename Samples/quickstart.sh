@@ -41,7 +41,7 @@ run $espalier render $out/thesis.species --seed 1..7 --archetype Content/Thesis.
     -o $out/thesis-relatives.png
 
 # The same steps from C++: Samples/QuickStart/main.cpp.
-run Build/release/bin/espalier_quickstart
+run Build/release/bin/espalier_quickstart $out/quickstart.glb
 
 printf '\nAll of it is in %s:\n' "$PWD/$out"
 (cd $out && du -ab --max-depth 1 | sort -k2 | awk '$2 != "." { printf "%10d bytes  %s\n", $1, substr($2, 3) }')

@@ -1,6 +1,6 @@
-// The same bits everywhere (DESIGN 4.3): what a species of today grows and how it is meshed, against hashes in the .golden
-// files beside this one. Every compiler and optimisation must reproduce them. A change of results is meant to be seen: say
-// in its commit why, and write the files anew with ESPALIER_UPDATE_GOLDEN=1.
+// The same bits everywhere (DESIGN 4.3): what a species of today grows and how it is meshed, against hashes in the
+// .golden files beside this one. Every compiler and optimisation must reproduce them. A change of results is meant to
+// be seen: say in its commit why, and write the files anew with ESPALIER_UPDATE_GOLDEN=1.
 
 #include <Espalier/Archetype/Archetype.h>
 #include <Espalier/Core/File.h>
@@ -55,7 +55,8 @@ Expected<std::vector<std::string>> reproduce(const Scene& scene)
     const auto archetype = loadArchetype(kFolder / "Data" / scene.archetype);
     if (!archetype)
         return tl::make_unexpected(archetype.error());
-    const auto species = inferSpecies({&*archetype, 1}, {.preset = std::string(scene.preset), .name = std::string(scene.name)});
+    const auto species =
+        inferSpecies({&*archetype, 1}, {.preset = std::string(scene.preset), .name = std::string(scene.name)});
     if (!species)
         return tl::make_unexpected(species.error());
     const auto grower = Grower::make(*species);
@@ -73,7 +74,8 @@ Expected<std::vector<std::string>> reproduce(const Scene& scene)
         TreeMesh mesh;
         if (meshTubes(skeleton, species->appearance.bark, {}, {}, tubeScratch, mesh) != TubeResult::Ok)
             return failure(ErrorKind::BadInput, {}, "seed " + std::to_string(seed) + " has no mesh");
-        lines.push_back("seed " + std::to_string(seed) + " skeleton " + hex(hashOf(skeleton)) + " mesh " + hex(hashOf(mesh)));
+        lines.push_back("seed " + std::to_string(seed) + " skeleton " + hex(hashOf(skeleton)) + " mesh " +
+                        hex(hashOf(mesh)));
     }
     return lines;
 }
@@ -113,16 +115,16 @@ Expected<void> update(const Scene& scene, const std::vector<std::string>& lines)
 } // namespace
 
 class Golden : public testing::TestWithParam<Scene>
-{
-};
+{};
 
 TEST_P(Golden, ReproducesItsFile)
 {
     const Scene& scene = GetParam();
     const auto lines = reproduce(scene);
     ASSERT_TRUE(lines) << toString(lines.error());
-    const std::string advice = "\nIf this change is wanted, write the golden files anew with ESPALIER_UPDATE_GOLDEN=1 espalier_golden "
-                               "and say in the commit why.";
+    const std::string advice =
+        "\nIf this change is wanted, write the golden files anew with ESPALIER_UPDATE_GOLDEN=1 espalier_golden "
+        "and say in the commit why.";
     if (updating())
     {
         const auto done = update(scene, *lines);
@@ -133,7 +135,8 @@ TEST_P(Golden, ReproducesItsFile)
     const std::vector<std::string> golden = linesOf(*text);
     ASSERT_EQ(lines->size(), golden.size()) << goldenFile(scene) << " is of another test." << advice;
     for (std::size_t i = 0; i < golden.size(); ++i)
-        ASSERT_EQ((*lines)[i], golden[i]) << "This is the first line of " << goldenFile(scene) << " that differs." << advice;
+        ASSERT_EQ((*lines)[i], golden[i])
+            << "This is the first line of " << goldenFile(scene) << " that differs." << advice;
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Golden, testing::ValuesIn(kScenes),

@@ -9,7 +9,7 @@ class Deriver
 {
 public:
     Deriver(const GrammarProgram& program, const DerivationBudget& budget, DerivationScratch& scratch, DerivationSink& sink)
-        : program_(program), grammar_(program.grammar_), budget_(budget), scratch_(scratch), sink_(sink)
+        : program_(program), grammar_(program.grammar_), budget_(budget), scratch_(scratch), sink_(sink), wantsArguments_(sink.wantsArguments())
     {
         scratch_.frames.clear();
         scratch_.parameters.clear();
@@ -29,9 +29,10 @@ public:
                 continue;
             }
             const Module& module = word[frame.position++];
-            if (!evaluateArguments(frame, module))
-                return tl::make_unexpected(notFinite(frame.production));
             const std::uint32_t group = program_.groupOf(module);
+            scratch_.arguments.clear();
+            if ((group != GrammarProgram::kNothing || wantsArguments_) && !evaluateArguments(frame, module))
+                return tl::make_unexpected(notFinite(frame.production));
             if (group != GrammarProgram::kNothing)
             {
                 if (auto done = rewrite(program_.groups_[group], frame.key.child(frame.ordinal++)); !done)
@@ -59,7 +60,6 @@ private:
 
     bool evaluateArguments(DerivationScratch::Frame& frame, const Module& module)
     {
-        scratch_.arguments.clear();
         if (module.argumentCount == 0)
             return true;
         ExpressionScope scope;
@@ -113,8 +113,12 @@ private:
         const auto& tabulated = program_.tabulated_;
         const auto members = std::span(program_.byKey_).subspan(group.first, group.count);
         const auto keyOf = [&](std::uint32_t i) { return tabulated[i].key; };
-        const auto same = scratch_.arguments.empty() ? std::ranges::subrange(members.begin(), members.begin())
-                                                     : std::ranges::equal_range(members, scratch_.arguments[0], {}, keyOf);
+        std::span<const std::uint32_t> same; // by hand: clang 14 cannot read the library's equal_range
+        if (!scratch_.arguments.empty())
+        {
+            const auto first = std::ranges::lower_bound(members, scratch_.arguments[0], {}, keyOf);
+            same = {first, std::ranges::upper_bound(first, members.end(), scratch_.arguments[0], {}, keyOf)};
+        }
         double bonus = 0;
         for (const std::uint32_t i : same)
             bonus += tabulated[i].bonus;
@@ -248,6 +252,7 @@ private:
     const DerivationBudget& budget_;
     DerivationScratch& scratch_;
     DerivationSink& sink_;
+    bool wantsArguments_;
     std::uint64_t emitted_ = 0;
     std::uint64_t applied_ = 0;
 };

@@ -104,6 +104,8 @@ public:
     /// A production with a table begins: a template instance. `row` is that of its transform.
     virtual void beginInstance(std::uint32_t production, std::uint32_t row) = 0;
     virtual void endInstance() = 0;
+    /// False if the arguments of terminal modules need not be evaluated: `module` then gets none.
+    [[nodiscard]] virtual bool wantsArguments() const { return true; }
 };
 
 /// Derives the axiom until nothing can be rewritten, depth first, in memory proportional to the depth, into `sink`.

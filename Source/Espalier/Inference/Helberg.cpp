@@ -95,8 +95,8 @@ std::size_t grammarLength(const DraftGrammar& draft, const TemplateLibrary& libr
                 terminals += module.symbol;
     }
     std::ranges::sort(nonterminals);
-    const auto repeated = std::ranges::unique(nonterminals);
-    return nonterminals.size() - repeated.size() + terminals.size() + lengths;
+    nonterminals.erase(std::unique(nonterminals.begin(), nonterminals.end()), nonterminals.end());
+    return nonterminals.size() + terminals.size() + lengths;
 }
 
 std::string ruleCount(const DraftGrammar& draft, const TemplateLibrary& library)

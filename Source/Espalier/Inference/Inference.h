@@ -20,17 +20,17 @@ struct InferenceOptions
 
     /// How freely branches stand for each other, [0, 1]. kin: the chance that a drawn branch is replaced by one of its kin; 0 gives
     /// the archetype back exactly; default: chosen for the tree. helberg: w_0, the weight of grammar length against edit distance; default 0.5.
-    std::optional<double> mergeWeight;
+    std::optional<double> mergeWeight{};
 
     /// [0, 1]. kin: how coarse the classes of kin are, 0 finest; default: chosen for the tree. helberg: w_l, the weight of rule
     /// length against rule uses; default 0.5.
-    std::optional<double> ruleWeight;
+    std::optional<double> ruleWeight{};
 
     std::string name = "species"; ///< Of the species.
-    Progress progress;
+    Progress progress{};
 
     /// Called after each pass with its name, what it came to in a sentence, and the grammar as text.
-    std::function<void(std::string_view pass, const std::string& summary, const std::string& grammar)> trace;
+    std::function<void(std::string_view pass, const std::string& summary, const std::string& grammar)> trace{};
 };
 
 /// Infers the rules behind one or more archetypes of a kind. The archetypes may use different libraries; templates of equal

@@ -48,6 +48,7 @@ public:
         sample.depth = std::max(sample.depth, ++depth_);
     }
     void endInstance() override { --depth_; }
+    [[nodiscard]] bool wantsArguments() const override { return false; }
 
 private:
     const std::vector<TurtleCommand>& commands_;
@@ -103,11 +104,17 @@ Grower::Grower(GrammarProgram program, const Species& species)
     }
 }
 
+Expected<bool> Grower::derive(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
+                              DerivationSink& sink) const
+{
+    return espalier::derive(program_, RandomKey(seed).child(attempt), options.budget, scratch.derivation, sink);
+}
+
 Expected<GrowthSample> Grower::sample(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
                                       std::uint32_t mostSegments) const
 {
     CountingSink sink(commands_, nameHashes_, mostSegments);
-    const auto done = derive(program_, RandomKey(seed).child(attempt), options.budget, scratch.derivation, sink);
+    const auto done = derive(seed, attempt, options, scratch, sink);
     if (!done)
         return tl::make_unexpected(done.error());
     sink.sample.whole = *done;
@@ -151,7 +158,7 @@ Expected<void> Grower::grow(Seed seed, const GrowOptions& options, GrowScratch& 
         return tl::make_unexpected(attempt.error());
     Turtle turtle(turtle_, options.limits, scratch.turtle, skeleton);
     DrawingSink sink(turtle, commands_);
-    const auto derived = derive(program_, RandomKey(seed).child(*attempt), options.budget, scratch.derivation, sink);
+    const auto derived = derive(seed, *attempt, options, scratch, sink);
     if (!derived)
     {
         skeleton.clear();

@@ -16,8 +16,8 @@ namespace espalier {
 struct GrowOptions
 {
     DerivationBudget budget{.productions = 1u << 20, .depth = 1024, .modules = 4u << 20};
-    Limits limits;
-    std::optional<std::uint32_t> attempt; ///< Take this attempt whether it fits the window or not (while a designer edits).
+    Limits limits{};
+    std::optional<std::uint32_t> attempt{}; ///< Take this attempt whether it fits the window or not (while a designer edits).
 };
 
 /// Memory that growing needs; reuse it and nothing is allocated after warm-up. One per thread.
@@ -53,6 +53,10 @@ public:
     /// Derives one attempt and counts. Leaves off once there are more than `mostSegments`.
     [[nodiscard]] Expected<GrowthSample> sample(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
                                                 std::uint32_t mostSegments = 0xffffffffu) const;
+
+    /// Derives one attempt into a sink of the caller's.
+    [[nodiscard]] Expected<bool> derive(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
+                                        DerivationSink& sink) const;
 
 private:
     Grower(GrammarProgram program, const Species& species);
