@@ -61,11 +61,11 @@ Archetype TemplateFolders::load(const std::filesystem::path& path) const
 {
     ArchetypeFolders search;
     search.templates.assign(folders.begin(), folders.end());
-    // The shipped libraries: beside the installed program, or in the source tree it was built in.
+    // The shipped libraries: beside the installed program, or in the source tree it was built from.
     std::error_code ignored;
     const std::filesystem::path program = std::filesystem::read_symlink("/proc/self/exe", ignored);
     for (const std::filesystem::path& candidate :
-         {program.parent_path() / "../share/espalier/Templates", program.parent_path() / "../../../Templates"})
+         {program.parent_path() / "../share/espalier/Templates", std::filesystem::path(ESPALIER_SOURCE_TEMPLATES)})
         if (std::filesystem::is_directory(candidate, ignored))
             search.templates.push_back(candidate.lexically_normal());
     return orFail(loadArchetype(path, search));

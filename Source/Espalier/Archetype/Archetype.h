@@ -14,8 +14,9 @@ inline constexpr std::uint32_t kNoInstance = 0xffffffffu;
 /// How a template is placed. Degrees, as in the files, so that what was drawn is kept to the bit.
 struct InstanceTransform
 {
-    double scaling = 1;         ///< Of the instance's own lengths; children do not inherit it. (0, inf)
-    double rotation = 0;        ///< Degrees: added to the first turn of a word that starts with + or -, else a turn to the left before the word.
+    double scaling = 1;  ///< Of the instance's own lengths; children do not inherit it. (0, inf)
+    double rotation = 0; ///< Degrees: added to the first turn of a word that starts with + or -, else a turn to the
+                         ///< left before the word.
     double branchingAngle = 45; ///< Degrees: of every other + - & ^ that has no number of its own.
     double roll = 0;            ///< Degrees: a roll to the right about the direction of growth, before everything else.
 
@@ -55,8 +56,8 @@ struct AnchorTable
 /// Requires a valid archetype.
 [[nodiscard]] AnchorTable anchorsOf(const Archetype& archetype);
 
-/// Refuses what cannot be: no instance, an unknown template or anchor, two children at one anchor, a parent that does not come
-/// before its child (which excludes cycles), a scaling that is not finite and positive, an angle out of range.
+/// Refuses what cannot be: no instance, an unknown template or anchor, two children at one anchor, a parent that does
+/// not come before its child (which excludes cycles), a scaling that is not finite and positive, an angle out of range.
 [[nodiscard]] Expected<void> validate(const Archetype& archetype, const Limits& limits = {});
 
 /// Where template libraries are looked up.
@@ -65,17 +66,20 @@ struct ArchetypeFolders
     std::vector<std::filesystem::path> templates; ///< Searched in order, after the archetype's own folder.
 };
 
-/// Reads the text of an `.archetype` file (DESIGN 5). `library` is the one it names. `libraryName` is filled, trees are read
-/// depth first.
-[[nodiscard]] Expected<Archetype> parseArchetype(std::string text, std::string_view file, const TemplateLibrary& library, const Limits& limits);
+/// Reads the text of an `.archetype` file (DESIGN 5). `library` is the one it names. `libraryName` is filled, trees are
+/// read depth first.
+[[nodiscard]] Expected<Archetype> parseArchetype(std::string text, std::string_view file,
+                                                 const TemplateLibrary& library, const Limits& limits);
 
 /// Reads an archetype and the library it names. A library path that leaves the folders is refused.
-[[nodiscard]] Expected<Archetype> loadArchetype(const std::filesystem::path& path, const ArchetypeFolders& folders = {}, const Limits& limits = {});
+[[nodiscard]] Expected<Archetype> loadArchetype(const std::filesystem::path& path, const ArchetypeFolders& folders = {},
+                                                const Limits& limits = {});
 
 /// The text form; parseArchetype gives an equal archetype (with instances in depth-first order).
 [[nodiscard]] std::string printArchetype(const Archetype& archetype);
 
-/// Writes the archetype atomically; its library is a file of its own (saveTemplates).
+/// Writes the archetype atomically; its library is a file of its own (saveTemplates). Refuses what loadArchetype would:
+/// an archetype that is not valid or deeper than Limits::generations.
 [[nodiscard]] Expected<void> saveArchetype(const std::filesystem::path& path, const Archetype& archetype);
 
 } // namespace espalier

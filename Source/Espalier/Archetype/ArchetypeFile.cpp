@@ -38,7 +38,8 @@ Expected<void> readHeader(const JsonDocument::Value& root)
     ESPALIER_READ(number, version->count("version", 0, 1u << 30));
     if (number != kVersion)
         return version->fail("the file has version " + std::to_string(number) + " of the archetype format",
-                             "version " + std::to_string(kVersion), number > kVersion ? "open it with a newer Espalier" : "");
+                             "version " + std::to_string(kVersion),
+                             number > kVersion ? "open it with a newer Espalier" : "");
     return {};
 }
 
@@ -72,10 +73,14 @@ private:
     Expected<void> node(const Pending& next)
     {
         const JsonDocument::Value& value = next.value;
-        if (auto done = value.requireObject("a template instance", {"template", "scaling", "rotation", "branchingAngle", "roll", "children"}); !done)
+        if (auto done = value.requireObject("a template instance",
+                                            {"template", "scaling", "rotation", "branchingAngle", "roll", "children"});
+            !done)
             return done;
         if (archetype_.instances.size() >= limits_.nodes)
-            return value.fail("the archetype has more than " + std::to_string(limits_.nodes) + " instances", "at most the limit nodes");
+            return failure(ErrorKind::Limit, value.where(),
+                           "the archetype has more than " + std::to_string(limits_.nodes) + " instances",
+                           "at most the limit nodes");
         const auto name = value.required("template");
         if (!name)
             return tl::make_unexpected(name.error());
@@ -86,7 +91,8 @@ private:
         instance.anchor = next.anchor;
         const std::size_t piece = archetype_.library.find(text);
         if (piece == archetype_.library.templates.size())
-            return name->fail("the library " + archetype_.libraryName + " has no template " + quoteJson(text), "one of " + templateNames());
+            return name->fail("the library " + archetype_.libraryName + " has no template " + quoteJson(text),
+                              "one of " + templateNames());
         instance.piece = static_cast<std::uint32_t>(piece);
 
         InstanceTransform& transform = instance.transform;
@@ -99,7 +105,8 @@ private:
         if (const auto rotation = value["rotation"]; rotation.exists())
             ESPALIER_READ(transform.rotation, rotation.number("rotation", -limits_.angleDegrees, limits_.angleDegrees));
         if (const auto angle = value["branchingAngle"]; angle.exists())
-            ESPALIER_READ(transform.branchingAngle, angle.number("branchingAngle", -limits_.angleDegrees, limits_.angleDegrees));
+            ESPALIER_READ(transform.branchingAngle,
+                          angle.number("branchingAngle", -limits_.angleDegrees, limits_.angleDegrees));
         if (const auto roll = value["roll"]; roll.exists())
             ESPALIER_READ(transform.roll, roll.number("roll", -limits_.angleDegrees, limits_.angleDegrees));
 
@@ -120,8 +127,10 @@ private:
             const std::size_t anchor = child.key().size() == 1 ? piece.anchors.find(child.key()[0]) : std::string::npos;
             if (anchor == std::string::npos)
             {
-                Error error = child.fail("the template " + piece.name + " has no anchor " + quoteJson(child.key()),
-                                         piece.anchors.empty() ? "no children, for it has no anchors" : "one of its anchors: " + spaced(piece.anchors))
+                Error error = child
+                                  .fail("the template " + piece.name + " has no anchor " + quoteJson(child.key()),
+                                        piece.anchors.empty() ? "no children, for it has no anchors"
+                                                              : "one of its anchors: " + spaced(piece.anchors))
                                   .value();
                 error.where = child.whereKey();
                 return tl::make_unexpected(error);
@@ -187,13 +196,14 @@ Expected<Archetype> readTrees(const JsonDocument& document, const TemplateLibrar
 }
 
 /// The library's file, looked up beside the archetype and in the folders.
-Expected<std::filesystem::path> findLibrary(const JsonDocument::Value& value, const std::filesystem::path& archetypePath,
-                                            const ArchetypeFolders& folders)
+Expected<std::filesystem::path> findLibrary(const JsonDocument::Value& value,
+                                            const std::filesystem::path& archetypePath, const ArchetypeFolders& folders)
 {
     std::string_view name;
     ESPALIER_READ(name, value.string("library"));
     const std::filesystem::path relative{std::string(name)};
-    const bool leaves = name.empty() || relative.is_absolute() || name.find('\\') != std::string_view::npos || name.find('\0') != std::string_view::npos ||
+    const bool leaves = name.empty() || relative.is_absolute() || name.find('\\') != std::string_view::npos ||
+                        name.find('\0') != std::string_view::npos ||
                         std::ranges::find(relative, std::filesystem::path("..")) != relative.end();
     if (leaves)
         return value.fail("the library path " + quoteJson(name) + " leaves the folders it is looked up in",
@@ -214,7 +224,8 @@ Expected<std::filesystem::path> findLibrary(const JsonDocument::Value& value, co
 
 } // namespace
 
-Expected<Archetype> parseArchetype(std::string text, std::string_view file, const TemplateLibrary& library, const Limits& limits)
+Expected<Archetype> parseArchetype(std::string text, std::string_view file, const TemplateLibrary& library,
+                                   const Limits& limits)
 {
     auto document = JsonDocument::parse(std::move(text), std::string(file), jsonLimits(limits));
     if (!document)
@@ -224,7 +235,8 @@ Expected<Archetype> parseArchetype(std::string text, std::string_view file, cons
     return readTrees(*document, library, limits);
 }
 
-Expected<Archetype> loadArchetype(const std::filesystem::path& path, const ArchetypeFolders& folders, const Limits& limits)
+Expected<Archetype> loadArchetype(const std::filesystem::path& path, const ArchetypeFolders& folders,
+                                  const Limits& limits)
 {
     auto text = readTextFile(path, limits.fileBytes);
     if (!text)
@@ -282,7 +294,8 @@ std::string printArchetype(const Archetype& archetype)
         {
             Step& step = steps.back();
             const std::string& letters = archetype.library.templates[archetype.instances[step.instance].piece].anchors;
-            while (step.anchor < letters.size() && anchors.children[anchors.firstChild[step.instance] + step.anchor] == kNoInstance)
+            while (step.anchor < letters.size() &&
+                   anchors.children[anchors.firstChild[step.instance] + step.anchor] == kNoInstance)
                 ++step.anchor;
             if (step.anchor == letters.size())
             {
@@ -309,8 +322,19 @@ std::string printArchetype(const Archetype& archetype)
 
 Expected<void> saveArchetype(const std::filesystem::path& path, const Archetype& archetype)
 {
-    if (auto done = validate(archetype); !done)
+    const Limits limits;
+    if (auto done = validate(archetype, limits); !done)
         return done;
+    // What is written must be readable.
+    std::vector<std::uint32_t> depths;
+    for (const TemplateInstance& instance : archetype.instances)
+    {
+        depths.push_back(instance.parent == kNoInstance ? 1 : depths[instance.parent] + 1);
+        if (depths.back() > limits.generations)
+            return failure(ErrorKind::Limit, {path.string(), 0, 0},
+                           "the archetype is more than " + std::to_string(limits.generations) + " instances deep",
+                           "at most the limit generations");
+    }
     return writeFileAtomically(path, printArchetype(archetype));
 }
 

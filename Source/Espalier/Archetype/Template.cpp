@@ -20,8 +20,9 @@ std::string romanNumeral(std::uint32_t number)
         std::uint32_t value;
         std::string_view text;
     };
-    constexpr Numeral kNumerals[] = {{1000, "M"}, {900, "CM"}, {500, "D"}, {400, "CD"}, {100, "C"}, {90, "XC"}, {50, "L"},
-                                     {40, "XL"},  {10, "X"},   {9, "IX"},  {5, "V"},    {4, "IV"},  {1, "I"}};
+    constexpr Numeral kNumerals[] = {{1000, "M"}, {900, "CM"}, {500, "D"}, {400, "CD"}, {100, "C"},
+                                     {90, "XC"},  {50, "L"},   {40, "XL"}, {10, "X"},   {9, "IX"},
+                                     {5, "V"},    {4, "IV"},   {1, "I"}};
     std::string text;
     for (const Numeral& numeral : kNumerals)
         for (; number >= numeral.value; number -= numeral.value)
@@ -50,7 +51,9 @@ bool isBlank(char c)
 class TemplatesParser
 {
 public:
-    TemplatesParser(std::string_view text, std::string_view file, const Limits& limits) : text_(text), file_(file), limits_(limits) {}
+    TemplatesParser(std::string_view text, std::string_view file, const Limits& limits)
+        : text_(text), file_(file), limits_(limits)
+    {}
 
     Expected<TemplateLibrary> parse()
     {
@@ -67,7 +70,8 @@ public:
     }
 
 private:
-    tl::unexpected<Error> fail(std::size_t offset, std::string what, std::string expected, ErrorKind kind = ErrorKind::BadInput) const
+    tl::unexpected<Error> fail(std::size_t offset, std::string what, std::string expected,
+                               ErrorKind kind = ErrorKind::BadInput) const
     {
         return failure(kind, locate(file_, text_, offset), std::move(what), std::move(expected));
     }
@@ -94,7 +98,8 @@ private:
         if (at == end)
             return {};
         if (library_.templates.size() >= limits_.templates)
-            return fail(at, "more than " + std::to_string(limits_.templates) + " templates", "at most the limit templates", ErrorKind::Limit);
+            return fail(at, "more than " + std::to_string(limits_.templates) + " templates",
+                        "at most the limit templates", ErrorKind::Limit);
         Template piece;
         const std::size_t nameStart = at;
         const std::size_t colon = text_.substr(0, end).find(':', at);
@@ -104,18 +109,22 @@ private:
             while (nameEnd > at && isBlank(text_[nameEnd - 1]))
                 --nameEnd;
             piece.name = text_.substr(at, nameEnd - at);
-            const bool valid = !piece.name.empty() && piece.name.size() <= 256 && isLetter(piece.name[0]) &&
-                               std::ranges::all_of(piece.name, [](char c) { return isLetter(c) || isDigit(c) || c == '_'; });
+            const bool valid =
+                !piece.name.empty() && piece.name.size() <= 256 && isLetter(piece.name[0]) &&
+                std::ranges::all_of(piece.name, [](char c) { return isLetter(c) || isDigit(c) || c == '_'; });
             if (!valid)
-                return fail(at, "this cannot be the name of a template", "a letter, then letters, digits or underscores, then `:`");
+                return fail(at, "this cannot be the name of a template",
+                            "a letter, then letters, digits or underscores, then `:`");
             at = skipBlanks(colon + 1, end);
             if (at == end)
-                return fail(colon, "the template " + piece.name + " has no word", "a word such as F[-FX]+FY after the colon");
+                return fail(colon, "the template " + piece.name + " has no word",
+                            "a word such as F[-FX]+FY after the colon");
         }
         else
             piece.name = romanNumeral(static_cast<std::uint32_t>(library_.templates.size() + 1));
         if (library_.find(piece.name) != library_.templates.size())
-            return fail(nameStart, "the name " + piece.name + " is taken by an earlier template", "a name of its own for each template");
+            return fail(nameStart, "the name " + piece.name + " is taken by an earlier template",
+                        "a name of its own for each template");
         if (auto done = word(at, end, piece); !done)
             return done;
         library_.templates.push_back(std::move(piece));
@@ -140,28 +149,34 @@ private:
                     return fail(at, "`" + symbolText(at) + "` is no turtle symbol",
                                 "one of F G f + - & ^ \\ / | $ ! ' % [ ] { . } ~ @, or a capital letter as an anchor");
                 if (piece.anchors.find(module.symbol) != std::string::npos)
-                    return fail(at, std::string("the anchor ") + module.symbol + " stands twice in one template", "a letter of its own for each anchor");
+                    return fail(at, std::string("the anchor ") + module.symbol + " stands twice in one template",
+                                "a letter of its own for each anchor");
                 module.anchor = static_cast<std::uint32_t>(piece.anchors.size());
                 piece.anchors += module.symbol;
             }
-            if (module.symbol == '[' && !organ)
+            if (organ && !isLetter(module.symbol))
+                return fail(at, "`" + symbolText(at) + "` cannot name an organ", "a letter after `~`, such as ~L");
+            if (module.symbol == '[')
             {
                 open.push_back(at);
                 if (open.size() > limits_.bracketDepth)
-                    return fail(at, "brackets nest deeper than " + std::to_string(limits_.bracketDepth), "at most the limit bracketDepth", ErrorKind::Limit);
+                    return fail(at, "brackets nest deeper than " + std::to_string(limits_.bracketDepth),
+                                "at most the limit bracketDepth", ErrorKind::Limit);
             }
-            if (module.symbol == ']' && !organ)
+            if (module.symbol == ']')
             {
                 if (open.empty())
                     return fail(at, "`]` without `[`", "balanced brackets");
                 open.pop_back();
             }
-            organ = module.symbol == '~' && !organ;
             const std::size_t symbolAt = at++;
-            if (auto done = parameter(symbolAt, at, end, module); !done)
+            if (auto done = parameter(symbolAt, at, end, organ, module); !done)
                 return done;
+            organ = module.symbol == '~';
             piece.modules.push_back(module);
         }
+        if (organ)
+            return fail(end, "the template ends in `~`, which names no organ", "a letter after `~`, such as ~L");
         if (!open.empty())
             return fail(open.back(), "`[` is never closed", "balanced brackets");
         return {};
@@ -176,7 +191,8 @@ private:
         return std::string(text_.substr(at, end - at));
     }
 
-    Expected<void> parameter(std::size_t symbolAt, std::size_t& at, std::size_t end, TemplateModule& module)
+    Expected<void> parameter(std::size_t symbolAt, std::size_t& at, std::size_t end, bool isName,
+                             TemplateModule& module)
     {
         if (at >= end || text_[at] != '(')
             return {};
@@ -184,8 +200,9 @@ private:
         using enum TurtleCommand;
         const bool isLength = command == Draw || command == Move || command == Width;
         const bool isAngle = command >= TurnLeft && command <= RollRight;
-        if (module.anchor != kNoAnchor || !(isLength || isAngle || command == Material))
-            return fail(at, std::string("`") + text_[symbolAt] + "` takes no number", "numbers only after F G f + - & ^ \\ / ! '");
+        if (isName || module.anchor != kNoAnchor || !(isLength || isAngle || command == Material))
+            return fail(at, std::string("`") + text_[symbolAt] + "` takes no number",
+                        "numbers only after F G f + - & ^ \\ / ! '");
         const std::size_t open = at;
         at = skipBlanks(at + 1, end);
         const bool plus = at < end && text_[at] == '+';
@@ -197,11 +214,16 @@ private:
         const double most = isAngle ? limits_.angleDegrees : isLength ? limits_.coordinate : 65535;
         const double least = isAngle ? -limits_.angleDegrees : 0;
         if (read.ec != std::errc{} || !(module.number >= least && module.number <= most))
-            return fail(at, "the number " + std::string(text_.substr(numberAt, std::min<std::size_t>(numberEnd - numberAt, 40))) + " is out of range",
+            return fail(at,
+                        "the number " +
+                            std::string(text_.substr(numberAt, std::min<std::size_t>(numberEnd - numberAt, 40))) +
+                            " is out of range",
                         "a number from " + formatNumber(least) + " to " + formatNumber(most));
         at = skipBlanks(numberEnd, end);
-        if (at >= end || text_[at] != ')')
+        if (at >= end)
             return fail(open, "`(` is never closed", "one number, then `)`");
+        if (text_[at] != ')')
+            return fail(at, "unexpected `" + symbolText(at) + "` after the number", "`)`");
         ++at;
         module.hasNumber = true;
         return {};
@@ -218,8 +240,12 @@ private:
 Expected<TemplateLibrary> parseTemplates(std::string_view text, std::string_view file, const Limits& limits)
 {
     if (text.size() > limits.fileBytes)
-        return failure(ErrorKind::Limit, {std::string(file), 0, 0}, "the text has " + std::to_string(text.size()) + " bytes",
+        return failure(ErrorKind::Limit, {std::string(file), 0, 0},
+                       "the text has " + std::to_string(text.size()) + " bytes",
                        "at most " + std::to_string(limits.fileBytes) + " (the limit fileBytes)");
+    if (const std::size_t invalid = findInvalidUtf8(text); invalid != std::string_view::npos)
+        return failure(ErrorKind::BadInput, locate(file, text, invalid), "the text is not valid UTF-8",
+                       "a file saved as UTF-8");
     return TemplatesParser(text, file, limits).parse();
 }
 
@@ -241,9 +267,11 @@ std::string printTemplates(const TemplateLibrary& library)
     for (std::size_t i = 0; i < library.templates.size(); ++i)
     {
         const Template& piece = library.templates[i];
-        if (piece.name != romanNumeral(static_cast<std::uint32_t>(i + 1)))
-            text += piece.name + ": ";
-        text += printWord(piece) + '\n';
+        const std::string word = printWord(piece);
+        const bool cuts = word.starts_with('%'); // at the start of a line or after a blank it would begin a comment
+        if (cuts || piece.name != romanNumeral(static_cast<std::uint32_t>(i + 1)))
+            text += piece.name + (cuts ? ":" : ": ");
+        text += word + '\n';
     }
     return text;
 }

@@ -1,5 +1,6 @@
 #include <Espalier/Grammar/Derivation.h>
 
+#include <Espalier/Core/Json.h>
 #include <algorithm>
 
 namespace espalier {
@@ -8,8 +9,10 @@ namespace espalier {
 class Deriver
 {
 public:
-    Deriver(const GrammarProgram& program, const DerivationBudget& budget, DerivationScratch& scratch, DerivationSink& sink)
-        : program_(program), grammar_(program.grammar_), budget_(budget), scratch_(scratch), sink_(sink), wantsArguments_(sink.wantsArguments())
+    Deriver(const GrammarProgram& program, const DerivationBudget& budget, DerivationScratch& scratch,
+            DerivationSink& sink)
+        : program_(program), grammar_(program.grammar_), budget_(budget), scratch_(scratch), sink_(sink),
+          wantsArguments_(sink.wantsArguments())
     {
         scratch_.frames.clear();
         scratch_.parameters.clear();
@@ -35,12 +38,14 @@ public:
                 return tl::make_unexpected(notFinite(frame.production));
             if (group != GrammarProgram::kNothing)
             {
-                if (auto done = rewrite(program_.groups_[group], frame.key.child(frame.ordinal++)); !done)
-                    return tl::make_unexpected(done.error());
-                continue;
+                const auto rewritten = rewrite(program_.groups_[group], frame.key.child(frame.ordinal++));
+                if (!rewritten)
+                    return tl::make_unexpected(rewritten.error());
+                if (*rewritten)
+                    continue;
             }
             if (++emitted_ > 2 * std::uint64_t{budget_.modules})
-                return endless("modules", budget_.modules);
+                return endless("modules", 2 * std::uint64_t{budget_.modules});
             if (!sink_.module(module.symbol, scratch_.arguments))
                 return false;
         }
@@ -67,27 +72,34 @@ private:
         scope.constants = program_.constants_.data();
         scope.transform = frame.transform;
         scope.key = frame.key;
+        scope.step = static_cast<double>(scratch_.frames.size() - 1);
         // Draws are numbered by where they stand, so that those of one module do not shift another's.
         scope.draws = frame.position << 8;
         for (std::uint32_t i = 0; i < module.argumentCount; ++i)
-            scratch_.arguments.push_back(evaluate(grammar_.expressions, grammar_.arguments[module.firstArgument + i], scope));
+            scratch_.arguments.push_back(
+                evaluate(grammar_.expressions, grammar_.arguments[module.firstArgument + i], scope));
         return !scope.failed;
     }
 
-    ExpressionScope scopeOfArguments(RandomKey key) const
+    /// For the condition, weight and row of a group's candidate number `candidate`. Its draws are its own, so that the
+    /// conditions of two productions are independent.
+    ExpressionScope scopeOfArguments(RandomKey key, std::uint32_t candidate) const
     {
         ExpressionScope scope;
+        scope.draws = 0x80000000u | (candidate << 8);
+        scope.step = static_cast<double>(scratch_.frames.size());
         scope.parameters = scratch_.arguments.data();
         scope.constants = program_.constants_.data();
         scope.key = key;
         return scope;
     }
 
-    /// Chooses a production for the module whose arguments stand in scratch, and enters it. A module that no production
-    /// matches is dropped: in a tree grammar that is an open anchor.
-    Expected<void> rewrite(const GrammarProgram::Group& group, RandomKey key)
+    /// Chooses a production for the module whose arguments stand in scratch, and enters it. False if none matches. A
+    /// module that has to be completed and cannot be is dropped: in a tree grammar that is an open anchor.
+    Expected<bool> rewrite(const GrammarProgram::Group& group, RandomKey key)
     {
-        const bool completing = applied_ >= budget_.productions || scratch_.frames.size() > budget_.depth || emitted_ >= budget_.modules;
+        const bool completing =
+            applied_ >= budget_.productions || scratch_.frames.size() > budget_.depth || emitted_ >= budget_.modules;
         // Completion by weight could still go round in a grammar edited by hand; by price alone it cannot.
         const bool byPriceAlone = scratch_.frames.size() > std::size_t{budget_.depth} * 2 + 64 ||
                                   emitted_ + applied_ > 3 * (std::uint64_t{budget_.modules} + budget_.productions) / 2;
@@ -95,17 +107,25 @@ private:
         if (byPriceAlone)
             chosen = cheapest(group);
         else if (group.tabulated && !completing)
+        {
             chosen = chooseTabulated(group, key.uniform(Purpose::ChooseProduction));
+            if (chosen == GrammarProgram::kNothing)
+                return tl::make_unexpected(weightless(group));
+        }
         else
         {
             auto listed = chooseListed(group, key, completing);
             if (!listed)
                 return tl::make_unexpected(listed.error());
             chosen = *listed;
+            if (chosen == GrammarProgram::kNothing)
+                return false;
         }
         if (chosen == GrammarProgram::kNothing || (completing && program_.costs_[chosen] == GrammarProgram::kNever))
-            return {};
-        return enter(chosen, key);
+            return true;
+        if (auto done = enter(group, chosen, key); !done)
+            return tl::make_unexpected(done.error());
+        return true;
     }
 
     std::uint32_t chooseTabulated(const GrammarProgram::Group& group, double uniform) const
@@ -124,16 +144,19 @@ private:
             bonus += tabulated[i].bonus;
         const std::uint32_t last = group.first + group.count - 1;
         const double total = bonus + tabulated[last].baseSum;
-        if (!(total > 0))
-            return GrammarProgram::kNothing;
         double x = uniform * total;
+        std::uint32_t favoured = GrammarProgram::kNothing;
         for (const std::uint32_t i : same)
         {
+            if (tabulated[i].bonus > 0)
+                favoured = program_.candidates_[i];
             if (x < tabulated[i].bonus)
-                return program_.candidates_[i];
+                return favoured;
             x -= tabulated[i].bonus;
         }
         const auto bases = std::span(tabulated).subspan(group.first, group.count);
+        if (!(bases.back().baseSum > 0))
+            return favoured;
         auto found = std::ranges::upper_bound(bases, x, {}, &GrammarProgram::Tabulated::baseSum);
         if (found == bases.end()) // rounding: take the last that has a share
             found = std::ranges::lower_bound(bases, bases.back().baseSum, {}, &GrammarProgram::Tabulated::baseSum);
@@ -141,6 +164,7 @@ private:
     }
 
     /// Any group: conditions and weights are evaluated one by one. When completing, the cheapest that could be drawn.
+    /// Nothing if no condition holds.
     Expected<std::uint32_t> chooseListed(const GrammarProgram::Group& group, RandomKey key, bool completing)
     {
         scratch_.weights.assign(group.count, 0.0);
@@ -151,8 +175,9 @@ private:
         {
             const std::uint32_t index = program_.candidates_[group.first + i];
             const Production& production = grammar_.productions[index];
-            ExpressionScope scope = scopeOfArguments(key);
-            const bool matches = production.condition == kNoExpression || evaluate(grammar_.expressions, production.condition, scope) != 0;
+            ExpressionScope scope = scopeOfArguments(key, i);
+            const bool matches = production.condition == kNoExpression ||
+                                 evaluate(grammar_.expressions, production.condition, scope) != 0;
             if (matches && first)
             {
                 first = false;
@@ -164,13 +189,16 @@ private:
                 scratch_.weights[i] = evaluate(grammar_.expressions, production.weight, scope);
             if (scope.failed || scratch_.weights[i] < 0)
                 return tl::make_unexpected(notFinite(index));
-            if (scratch_.weights[i] > 0 && (best == GrammarProgram::kNothing || program_.costs_[index] < program_.costs_[best]))
+            if (scratch_.weights[i] > 0 &&
+                (best == GrammarProgram::kNothing || program_.costs_[index] < program_.costs_[best]))
                 best = index;
         }
-        if (completing)
+        if (!first && best == GrammarProgram::kNothing)
+            return tl::make_unexpected(weightless(group));
+        if (completing || first)
             return best;
         const std::size_t chosen = weightedChoice(scratch_.weights, key.uniform(Purpose::ChooseProduction));
-        return chosen < group.count ? program_.candidates_[group.first + chosen] : GrammarProgram::kNothing;
+        return program_.candidates_[group.first + chosen];
     }
 
     std::uint32_t cheapest(const GrammarProgram::Group& group) const
@@ -180,19 +208,22 @@ private:
         return program_.costs_[*best] == GrammarProgram::kNever ? GrammarProgram::kNothing : *best;
     }
 
-    static tl::unexpected<Error> endless(std::string_view limit, std::uint32_t value)
+    static tl::unexpected<Error> endless(std::string_view limit, std::uint64_t value)
     {
         return failure(ErrorKind::Limit, {},
-                       "the derivation does not end within twice " + std::to_string(value) + " " + std::string(limit),
-                       "a grammar whose cheapest productions end soon", "raise the limit " + std::string(limit) + ", or mend the grammar");
+                       "the derivation does not end within " + std::to_string(value) + " " + std::string(limit),
+                       "a grammar whose cheapest productions end soon",
+                       "raise the limit " + std::string(limit) + ", or mend the grammar");
     }
 
-    Expected<void> enter(std::uint32_t index, RandomKey key)
+    Expected<void> enter(const GrammarProgram::Group& group, std::uint32_t index, RandomKey key)
     {
-        if (++applied_ > 2 * std::uint64_t{budget_.productions})
-            return endless("productions", budget_.productions);
+        // What is completed may take as many productions as modules: the modules are what was asked to be bounded.
+        if (const std::uint64_t most = budget_.productions + 2 * std::uint64_t{budget_.modules}; ++applied_ > most)
+            return endless("productions", most);
         const Production& production = grammar_.productions[index];
-        DerivationScratch::Frame frame{index, 0, 0, static_cast<std::uint32_t>(scratch_.parameters.size()), key, {1, 0, 0, 0}};
+        DerivationScratch::Frame frame{index, 0,           0, static_cast<std::uint32_t>(scratch_.parameters.size()),
+                                       key,   {1, 0, 0, 0}};
         std::uint32_t row = 0;
         if (const std::uint32_t table = program_.tableOf_[index]; table != GrammarProgram::kNothing)
         {
@@ -201,12 +232,15 @@ private:
                 row = static_cast<std::uint32_t>(key.below(Purpose::DrawTransform, rows.size()));
             else
             {
-                ExpressionScope scope = scopeOfArguments(key);
+                ExpressionScope scope = scopeOfArguments(key, group.count);
                 const double value = evaluate(grammar_.expressions, production.row, scope);
-                if (scope.failed || !(value >= 0 && value < static_cast<double>(rows.size())))
+                if (scope.failed)
+                    return tl::make_unexpected(notFinite(index));
+                if (!(value >= 0 && value < static_cast<double>(rows.size())))
                     return failure(ErrorKind::BadInput, {{}, production.line, 1},
-                                   "the production `" + printProduction(grammar_, production) + "` takes row " + std::to_string(value) + " of a table with " +
-                                       std::to_string(rows.size()) + " rows",
+                                   "the production `" + printProduction(grammar_, production) + "` takes row " +
+                                       formatNumber(value) + " of a table with " + std::to_string(rows.size()) +
+                                       " rows",
                                    "a row from 0 to " + std::to_string(rows.size() - 1));
                 row = static_cast<std::uint32_t>(value);
             }
@@ -218,9 +252,10 @@ private:
         return {};
     }
 
-    /// The row with each component moved by a triangular kernel: bounded by sqrt(6) deviations, so a scaling stays positive, and
-    /// cheap, being the sum of two uniforms.
-    static void smooth(const std::array<double, 4>& row, const std::array<double, 4>& spread, RandomKey key, double* transform)
+    /// The row with each component moved by a triangular kernel: bounded by sqrt(6) deviations, so a scaling stays
+    /// positive, and cheap, being the sum of two uniforms.
+    static void smooth(const std::array<double, 4>& row, const std::array<double, 4>& spread, RandomKey key,
+                       double* transform)
     {
         constexpr double kSqrt6 = 2.449489742783178;
         for (std::uint32_t i = 0; i < 4; ++i)
@@ -235,12 +270,27 @@ private:
         }
     }
 
+    Error weightless(const GrammarProgram::Group& group) const
+    {
+        const Production& first = grammar_.productions[program_.candidates_[group.first]];
+        std::string module = grammar_.symbols.name(first.predecessor);
+        for (std::size_t i = 0; i < scratch_.arguments.size(); ++i)
+            module += (i == 0 ? "(" : ", ") + formatNumber(scratch_.arguments[i]);
+        module += scratch_.arguments.empty() ? "" : ")";
+        return {ErrorKind::BadInput,
+                "the weights of the productions that match `" + module + "` add up to 0",
+                "at least one weight above 0",
+                {},
+                {{}, first.line, 1}};
+    }
+
     Error notFinite(std::uint32_t index) const
     {
         const bool isAxiom = index == kAxiom;
         return {ErrorKind::BadInput,
-                (isAxiom ? "an argument of the axiom `" + printWord(grammar_, grammar_.axiom)
-                         : "an expression of the production `" + printProduction(grammar_, grammar_.productions[index])) +
+                (isAxiom
+                     ? "an argument of the axiom `" + printWord(grammar_, grammar_.axiom)
+                     : "an expression of the production `" + printProduction(grammar_, grammar_.productions[index])) +
                     "` has no finite value, or a weight is negative",
                 "finite values and weights >= 0",
                 "guard divisions with ?:",
@@ -257,8 +307,8 @@ private:
     std::uint64_t applied_ = 0;
 };
 
-Expected<bool> derive(const GrammarProgram& program, RandomKey key, const DerivationBudget& budget, DerivationScratch& scratch,
-                      DerivationSink& sink)
+Expected<bool> derive(const GrammarProgram& program, RandomKey key, const DerivationBudget& budget,
+                      DerivationScratch& scratch, DerivationSink& sink)
 {
     return Deriver(program, budget, scratch, sink).run(key);
 }

@@ -11,13 +11,15 @@
 
 namespace espalier {
 
-/// Bounds of one derivation. When one is reached, what is left is completed by the cheapest terminating productions, so the
-/// result is always whole.
+/// Bounds of one derivation. When one is reached, what is left is completed by the cheapest terminating productions, so
+/// the result is always whole.
 struct DerivationBudget
 {
     std::uint32_t productions = 1u << 20; ///< Productions applied freely.
     std::uint32_t depth = 64;             ///< Nested productions.
-    std::uint32_t modules = 4u << 20;     ///< Modules emitted. Completion may go on to twice as many, then it is an error.
+    /// Modules emitted. Completion may go on to twice as many, and apply twice as many productions more; then it is an
+    /// error.
+    std::uint32_t modules = 4u << 20;
 };
 
 /// A grammar made ready for derivation: productions grouped by predecessor, constants folded, weights of inferred rules
@@ -42,8 +44,8 @@ private:
         std::uint32_t parameters = 0;
         std::uint32_t first = 0; ///< Into candidates_ and the arrays beside it.
         std::uint32_t count = 0;
-        bool tabulated = false;        ///< Every weight is (p == key) * bonus + base: a binary search instead of a scan.
-        double cost = kNever;          ///< Of its cheapest production.
+        bool tabulated = false; ///< Every weight is (p == key) * bonus + base: a binary search instead of a scan.
+        double cost = kNever;   ///< Of its cheapest production.
         std::uint32_t next = kNothing; ///< Next group of the same symbol.
     };
 
@@ -71,8 +73,8 @@ private:
     std::vector<Group> groups_;
     std::vector<std::uint32_t> candidates_; ///< Production indices.
     std::vector<Tabulated> tabulated_;
-    std::vector<std::uint32_t> byKey_; ///< Each tabulated group's candidates, sorted by key.
-    std::vector<double> costs_;        ///< Of each production: fewest modules and productions that end it.
+    std::vector<std::uint32_t> byKey_;   ///< Each tabulated group's candidates, sorted by key.
+    std::vector<double> costs_;          ///< Of each production: fewest modules and productions that end it.
     std::vector<std::uint32_t> tableOf_; ///< Of each production; kNothing for none.
 };
 
@@ -81,10 +83,10 @@ struct DerivationScratch
 {
     struct Frame
     {
-        std::uint32_t production;      ///< 0xffffffff: the axiom.
-        std::uint32_t position;        ///< Next module of its successor.
-        std::uint32_t ordinal;         ///< Rewritten modules met so far: the child's place in the path.
-        std::uint32_t firstParameter;  ///< Into `parameters`.
+        std::uint32_t production;     ///< 0xffffffff: the axiom.
+        std::uint32_t position;       ///< Next module of its successor.
+        std::uint32_t ordinal;        ///< Rewritten modules met so far: the child's place in the path.
+        std::uint32_t firstParameter; ///< Into `parameters`.
         RandomKey key;
         double transform[4];
     };
@@ -99,7 +101,8 @@ class DerivationSink
 {
 public:
     virtual ~DerivationSink() = default;
-    /// A module that nothing rewrites. Return false to stop.
+    /// A module that nothing rewrites: no production is for its symbol and number of arguments, or no condition holds.
+    /// Return false to stop.
     virtual bool module(SymbolId symbol, std::span<const double> arguments) = 0;
     /// A production with a table begins: a template instance. `row` is that of its transform.
     virtual void beginInstance(std::uint32_t production, std::uint32_t row) = 0;
@@ -110,9 +113,10 @@ public:
 
 /// Derives the axiom until nothing can be rewritten, depth first, in memory proportional to the depth, into `sink`.
 ///
-/// Of the productions that match a module, those with the weights of the first candidate's kind compete (DESIGN 6). Every
-/// choice is keyed by its path: the ordinals of rewritten modules from the axiom down. Returns false if the sink stopped
-/// it. Fails with BadInput when an expression has no finite value.
+/// Of the productions that match a module, those with the weights of the first candidate's kind compete (DESIGN 6).
+/// Every choice is keyed by its path: the ordinals of rewritten modules from the axiom down. Returns false if the sink
+/// stopped it. Fails with BadInput when an expression has no finite value, a weight is negative, or the weights of all
+/// productions that match are 0; with Limit when completion goes too far.
 [[nodiscard]] Expected<bool> derive(const GrammarProgram& program, RandomKey key, const DerivationBudget& budget,
                                     DerivationScratch& scratch, DerivationSink& sink);
 

@@ -1,5 +1,7 @@
 #include <Espalier/Grammar/Grammar.h>
 
+#include <Espalier/Core/File.h>
+#include <Espalier/Core/Json.h>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -10,6 +12,17 @@ namespace espalier {
 namespace {
 
 constexpr std::size_t kMostErrors = 20;
+constexpr std::size_t kLongestSymbol = 256; ///< Code points.
+
+constexpr std::string_view kSettings[] = {"symbols", "angle", "step", "width", "draw", "move", "axiom"};
+/// Settings that only other L-systems have.
+constexpr std::string_view kForeignSettings[] = {"interpret", "ignore", "order", "tropism", "iterations"};
+
+bool isSettingName(std::string_view name)
+{
+    return std::ranges::find(kSettings, name) != std::end(kSettings) ||
+           std::ranges::find(kForeignSettings, name) != std::end(kForeignSettings);
+}
 
 /// Thrown and caught inside this file only: a line's first mistake ends the line, not the file.
 struct Mistake
@@ -49,7 +62,7 @@ std::string toUtf8(std::u32string_view text)
     return out;
 }
 
-/// Decodes UTF-8, reading the Unicode minus as `-`. Bytes that are not UTF-8 become U+FFFD (readTextFile refuses them).
+/// Decodes valid UTF-8, reading the Unicode minus as `-`.
 std::u32string fromUtf8(std::string_view text)
 {
     std::u32string out;
@@ -59,12 +72,6 @@ std::u32string fromUtf8(std::string_view text)
         const auto lead = static_cast<unsigned char>(text[i]);
         const std::size_t length = lead < 0x80 ? 1 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
         char32_t c = length == 1 ? lead : static_cast<char32_t>(lead & (0xff >> (length + 1)));
-        if (i + length > text.size() || (lead >= 0x80 && lead < 0xc0))
-        {
-            out += U'\ufffd';
-            ++i;
-            continue;
-        }
         for (std::size_t k = 1; k < length; ++k)
             c = (c << 6) | (static_cast<unsigned char>(text[i + k]) & 0x3f);
         out += c == U'\u2212' ? U'-' : c;
@@ -93,14 +100,52 @@ bool isSpace(char32_t c)
     return c == ' ' || c == '\t' || c == '\r';
 }
 
+std::size_t arrowLength(std::u32string_view text)
+{
+    return text.starts_with(U"-->") ? 3 : text.starts_with(U"->") ? 2 : text.starts_with(U"→") ? 1 : 0;
+}
+
+/// The declared symbols in alphabetic order, so that a search narrows a range letter by letter.
+class LongSymbols
+{
+public:
+    void add(std::u32string_view name) { names_.emplace(std::ranges::upper_bound(names_, name), name); }
+
+    /// Length of the longest one that `text` begins with; 0 if there is none.
+    [[nodiscard]] std::size_t match(std::u32string_view text) const
+    {
+        std::size_t longest = 0;
+        auto first = names_.begin();
+        auto last = names_.end();
+        for (std::size_t length = 0; first != last; ++length)
+        {
+            if (first->size() == length) // the shortest of those with the same beginning comes first
+            {
+                longest = length;
+                ++first;
+            }
+            if (length == text.size())
+                break;
+            const auto letter = [&](const std::u32string& name) { return name[length]; };
+            first = std::ranges::lower_bound(first, last, text[length], {}, letter);
+            last = std::ranges::upper_bound(first, last, text[length], {}, letter);
+        }
+        return longest;
+    }
+
+private:
+    std::vector<std::u32string> names_;
+};
+
 /// Reads one line, or a part of it that ends at `end`.
 class LineParser
 {
 public:
-    LineParser(Grammar& grammar, const Limits& limits, std::u32string_view line, std::size_t begin, std::size_t end)
-        : grammar_(grammar), limits_(limits), line_(line), position_(begin), end_(end)
-    {
-    }
+    LineParser(Grammar& grammar, const LongSymbols& longSymbols, const Limits& limits, std::u32string_view line,
+               std::size_t begin, std::size_t end)
+        : grammar_(grammar), longSymbols_(longSymbols), limits_(limits), line_(line), position_(begin), end_(end),
+          firstExpression_(grammar.expressions.size())
+    {}
 
     const Production* scope = nullptr; ///< Whose parameters expressions may name.
     bool transforms = false;           ///< May they name s, r, b, o?
@@ -141,7 +186,13 @@ public:
     /// What stands here, quoted, for messages.
     [[nodiscard]] std::string here() const
     {
-        return position_ < end_ ? "`" + toUtf8(line_.substr(position_, 1)) + "`" : "the end of the line";
+        if (position_ < line_.size())
+        {
+            const std::size_t length =
+                position_ < end_ ? 0 : arrowLength(line_.substr(position_)); // what ends this part
+            return "`" + toUtf8(line_.substr(position_, std::max<std::size_t>(length, 1))) + "`";
+        }
+        return "the end of the line";
     }
 
     void expectEnd(std::string_view after)
@@ -165,26 +216,15 @@ public:
     [[nodiscard]] SymbolId symbol()
     {
         skipSpace();
-        std::size_t longest = 0;
-        std::string text;
-        for (const std::string& declared : grammar_.longSymbols)
+        std::size_t length = longSymbols_.match(line_.substr(position_, end_ - position_));
+        if (length == 0)
         {
-            const std::u32string candidate = fromUtf8(declared);
-            if (candidate.size() > longest && line_.substr(position_, std::min(candidate.size(), end_ - position_)) == candidate)
-            {
-                longest = candidate.size();
-                text = declared;
-            }
-        }
-        if (longest == 0)
-        {
-            if (std::u32string_view(U"(),:<>#_ε→").find(peek()) != std::u32string_view::npos || peek() == 0)
+            if (std::u32string_view(U"(),:<>#_ε→").find(peek()) != std::u32string_view::npos || peek() < 0x20)
                 fail(here() + " cannot be a symbol", "a symbol such as A, F or [");
-            text = toUtf8(line_.substr(position_, 1));
-            longest = 1;
+            length = 1;
         }
-        position_ += longest;
-        return grammar_.symbols.intern(text);
+        position_ += length;
+        return grammar_.symbols.intern(toUtf8(line_.substr(position_ - length, length)));
     }
 
     /// Modules up to the end; `_`, `ε` or nothing is the empty word. Brackets must balance.
@@ -201,21 +241,24 @@ public:
         while (!atEnd())
         {
             const std::size_t start = position_;
-            const SymbolId id = symbol();
             if (modules.size() >= limits_.templateModules)
                 fail("more than " + std::to_string(limits_.templateModules) + " modules in one " + std::string(role),
                      "at most the limit templateModules", ErrorKind::Limit);
-            std::vector<ExpressionId> arguments = moduleArguments();
-            modules.push_back({id, static_cast<std::uint32_t>(grammar_.arguments.size()), static_cast<std::uint32_t>(arguments.size())});
+            const SymbolId id = symbol();
+            const std::vector<ExpressionId> arguments = moduleArguments();
+            modules.push_back({id, static_cast<std::uint32_t>(grammar_.arguments.size()),
+                               static_cast<std::uint32_t>(arguments.size())});
             grammar_.arguments.insert(grammar_.arguments.end(), arguments.begin(), arguments.end());
 
             const std::string& text = grammar_.symbols.name(id);
             if (text == "[")
             {
                 open.push_back(start);
-                if (open.size() > limits_.bracketDepth)
-                    fail("brackets nest deeper than " + std::to_string(limits_.bracketDepth), "at most the limit bracketDepth",
-                         ErrorKind::Limit);
+                if (open.size() <= limits_.bracketDepth)
+                    continue;
+                position_ = start;
+                fail("brackets nest deeper than " + std::to_string(limits_.bracketDepth),
+                     "at most the limit bracketDepth", ErrorKind::Limit);
             }
             else if (text == "]")
             {
@@ -245,7 +288,8 @@ public:
         do
         {
             if (arguments.size() >= limits_.parameters)
-                fail("more than " + std::to_string(limits_.parameters) + " parameters", "at most the limit parameters", ErrorKind::Limit);
+                fail("more than " + std::to_string(limits_.parameters) + " parameters", "at most the limit parameters",
+                     ErrorKind::Limit);
             arguments.push_back(expression());
         } while (take(U","));
         if (!take(U")"))
@@ -267,44 +311,68 @@ public:
         if (values.failed || !(value >= low && value <= high))
         {
             position_ = start;
-            fail("the value is out of range", "a number from " + rounded(low) + " to " + rounded(high));
+            fail(values.failed ? "the value is not finite" : "the value " + formatNumber(value) + " is out of range",
+                 "a number from " + formatNumber(low) + " to " + formatNumber(high));
         }
         return value;
     }
 
 private:
-    static std::string rounded(double value)
+    [[noreturn]] void tooDeep() const
     {
-        std::string text = std::to_string(value);
-        text.erase(text.find_last_not_of('0') + 1);
-        if (text.back() == '.')
-            text.pop_back();
-        return text;
+        fail("the expression nests deeper than " + std::to_string(limits_.expressionDepth),
+             "at most the limit expressionDepth", ErrorKind::Limit);
     }
 
+    /// Reading recurses; what it reads is never higher than this.
     struct Deeper
     {
         explicit Deeper(LineParser& p) : parser(p)
         {
-            if (++parser.depth_ > parser.limits_.expressionDepth)
-                parser.fail("the expression nests deeper than " + std::to_string(parser.limits_.expressionDepth),
-                            "at most the limit expressionDepth", ErrorKind::Limit);
+            if (parser.depth_ >= parser.limits_.expressionDepth)
+                parser.tooDeep();
+            ++parser.depth_;
         }
         ~Deeper() { --parser.depth_; }
         LineParser& parser;
     };
 
+    ExpressionId leaf(const ExpressionNode& node)
+    {
+        heights_.push_back(1);
+        return grammar_.expressions.add(node);
+    }
+
+    /// A node over its arguments, read from column `at` on. Evaluation recurses as deep as the tree is high, and a long
+    /// sum is a high tree too.
+    ExpressionId node(std::size_t at, ExpressionOp op, ExpressionId a, ExpressionId b = kNoExpression,
+                      ExpressionId c = kNoExpression)
+    {
+        std::uint32_t height = 0;
+        for (const ExpressionId id : {a, b, c})
+            height = std::max(height, id == kNoExpression ? 0 : heights_[id - firstExpression_]);
+        if (height >= limits_.expressionDepth)
+        {
+            position_ = at;
+            tooDeep();
+        }
+        heights_.push_back(height + 1);
+        return grammar_.expressions.add({op, a, b, c, 0});
+    }
+
     ExpressionId choice()
     {
         const Deeper deeper(*this);
         const ExpressionId condition = chain(0);
+        skipSpace();
+        const std::size_t at = position_;
         if (!take(U"?"))
             return condition;
         const ExpressionId yes = choice();
         if (!take(U":"))
             fail("unexpected " + here() + " after `?`", "`:` and the other value");
         const ExpressionId no = choice();
-        return grammar_.expressions.add({ExpressionOp::Choose, condition, yes, no, 0});
+        return node(at, ExpressionOp::Choose, condition, yes, no);
     }
 
     struct Operator
@@ -333,42 +401,46 @@ private:
         if (index == kLevels)
             return unary();
         ExpressionId left = chain(index + 1);
-        std::uint32_t length = 0;
         for (;;)
         {
             skipSpace();
+            const std::size_t at = position_;
             const auto operators = level(index);
             const auto found = std::ranges::find_if(operators, [&](const Operator& o) { return take(o.text); });
             if (found == operators.end())
             {
                 if (index == 2 && peek() == '=')
                     fail("`=` does not compare", "`==`");
-                if (index < 2 && (peek() == '&' || peek() == '|'))
+                if (index == 0 && (peek() == '&' || peek() == '|'))
                     fail("unexpected " + here(), "`&&` or `||`");
                 return left;
             }
-            // A long sum is a deep tree on its left side: it counts as depth, for evaluation recurses.
-            if (++length + depth_ > limits_.expressionDepth)
-                fail("the expression nests deeper than " + std::to_string(limits_.expressionDepth),
-                     "at most the limit expressionDepth", ErrorKind::Limit);
-            left = grammar_.expressions.binary(found->op, left, chain(index + 1));
+            left = node(at, found->op, left, chain(index + 1));
         }
     }
 
     ExpressionId unary()
     {
-        const Deeper deeper(*this);
         skipSpace();
+        const std::size_t start = position_;
         if (take(U"-"))
-            return grammar_.expressions.unary(ExpressionOp::Negate, unary());
+            return node(start, ExpressionOp::Negate, operand());
         if (take(U"+"))
-            return grammar_.expressions.unary(ExpressionOp::Plus, unary());
+            return node(start, ExpressionOp::Plus, operand());
         if (peek() == '!' && peek(1) != '=' && take(U"!"))
-            return grammar_.expressions.unary(ExpressionOp::Not, unary());
+            return node(start, ExpressionOp::Not, operand());
         const ExpressionId base = primary();
+        skipSpace();
+        const std::size_t at = position_;
         if (!take(U"^"))
             return base;
-        return grammar_.expressions.binary(ExpressionOp::Power, base, unary());
+        return node(at, ExpressionOp::Power, base, operand());
+    }
+
+    ExpressionId operand()
+    {
+        const Deeper deeper(*this);
+        return unary();
     }
 
     ExpressionId primary()
@@ -417,9 +489,9 @@ private:
         if (read.ec != std::errc{} || read.ptr != text.data() + text.size() || !std::isfinite(value))
         {
             position_ = start;
-            fail("no double holds the number " + text.substr(0, 40), "a number below 1.8e308 in magnitude");
+            fail("no double holds the number " + text.substr(0, 40), "0, or a number from 5e-324 to 1.8e308");
         }
-        return grammar_.expressions.number(value);
+        return leaf({.value = value});
     }
 
     ExpressionId reference()
@@ -428,18 +500,17 @@ private:
         const std::string text = name("a value");
         if (scope)
             if (const auto found = std::ranges::find(scope->parameters, text); found != scope->parameters.end())
-                return grammar_.expressions.reference(ExpressionOp::Parameter,
-                                                      static_cast<std::uint32_t>(found - scope->parameters.begin()));
+                return leaf({ExpressionOp::Parameter, static_cast<std::uint32_t>(found - scope->parameters.begin())});
         constexpr std::string_view kTransform = "srbo";
         if (transforms && text.size() == 1 && kTransform.find(text[0]) != std::string_view::npos)
-            return grammar_.expressions.reference(ExpressionOp::Transform, static_cast<std::uint32_t>(kTransform.find(text[0])));
-        if (const auto found = std::ranges::find(grammar_.constants, text, &NamedConstant::name); found != grammar_.constants.end())
-            return grammar_.expressions.reference(ExpressionOp::Constant,
-                                                  static_cast<std::uint32_t>(found - grammar_.constants.begin()));
+            return leaf({ExpressionOp::Transform, static_cast<std::uint32_t>(kTransform.find(text[0]))});
+        if (const auto found = std::ranges::find(grammar_.constants, text, &NamedConstant::name);
+            found != grammar_.constants.end())
+            return leaf({ExpressionOp::Constant, static_cast<std::uint32_t>(found - grammar_.constants.begin())});
         if (text == "n")
-            return grammar_.expressions.reference(ExpressionOp::Step, kNoExpression);
+            return leaf({ExpressionOp::Step});
         if (text == "pi")
-            return grammar_.expressions.reference(ExpressionOp::Pi, kNoExpression);
+            return leaf({ExpressionOp::Pi});
         const auto functions = expressionFunctions();
         const auto function = std::ranges::find(functions, text, &ExpressionFunction::name);
         if (function == functions.end())
@@ -460,15 +531,18 @@ private:
         }
         if (!take(U")"))
             fail("unexpected " + here() + " after the argument of " + text, "`)`");
-        return grammar_.expressions.binary(function->op, first, second);
+        return node(start, function->op, first, second);
     }
 
     Grammar& grammar_;
+    const LongSymbols& longSymbols_;
     const Limits& limits_;
     std::u32string_view line_;
     std::size_t position_;
     std::size_t end_;
     std::uint32_t depth_ = 0;
+    ExpressionId firstExpression_;
+    std::vector<std::uint32_t> heights_; ///< Of the expressions from firstExpression_ on.
 };
 
 /// The file: collects mistakes line by line.
@@ -479,40 +553,44 @@ public:
 
     Expected<Grammar> parse(std::string_view text)
     {
-        splitLines(text);
-        eachLine([&](std::u32string_view line) { declareSymbols(line); });
-        eachLine([&](std::u32string_view line) { statement(line); });
+        eachLine(text, [&](std::u32string_view line, std::u32string_view) { declareSymbols(line); });
+        eachLine(text, [&](std::u32string_view line, std::u32string_view comment) { statement(line, comment); });
+        std::ranges::stable_sort(errors_, {}, [](const Error& error) { return error.where.line; });
         if (errors_.empty() && !axiomSeen_)
-            errors_.push_back({ErrorKind::BadInput, "the grammar has no axiom", "a line such as `axiom: A`", {}, {std::string(file_), 1, 1}});
+            errors_.push_back({ErrorKind::BadInput,
+                               "the grammar has no axiom",
+                               "a line such as `axiom: A`",
+                               {},
+                               {std::string(file_), 1, 1}});
         if (errors_.empty())
             return std::move(grammar_);
         return tl::make_unexpected(summary());
     }
 
 private:
-    void splitLines(std::string_view text)
+    /// Calls `function` with what stands before and from the `#` of each line.
+    template <class Function>
+    void eachLine(std::string_view text, Function&& function)
     {
-        for (std::size_t start = 0; start <= text.size();)
+        lineNumber_ = 0;
+        for (std::size_t start = 0; start <= text.size() && errors_.size() < kMostErrors;)
         {
             const std::size_t end = std::min(text.find('\n', start), text.size());
-            lines_.push_back(fromUtf8(text.substr(start, end - start)));
+            const std::u32string decoded = fromUtf8(text.substr(start, end - start));
             start = end + 1;
-        }
-    }
-
-    template <class Function>
-    void eachLine(Function&& function)
-    {
-        for (lineNumber_ = 1; lineNumber_ <= lines_.size() && errors_.size() < kMostErrors; ++lineNumber_)
-        {
-            const std::u32string_view whole = lines_[lineNumber_ - 1];
+            ++lineNumber_;
+            const std::u32string_view whole = decoded;
+            const std::size_t comment = std::min(whole.find(U'#'), whole.size());
             try
             {
-                function(whole.substr(0, std::min(whole.find(U'#'), whole.size())));
+                function(whole.substr(0, comment), whole.substr(comment));
             }
             catch (const Mistake& mistake)
             {
-                errors_.push_back({mistake.kind, mistake.what, mistake.expected, {},
+                errors_.push_back({mistake.kind,
+                                   mistake.what,
+                                   mistake.expected,
+                                   {},
                                    {std::string(file_), static_cast<std::uint32_t>(lineNumber_),
                                     static_cast<std::uint32_t>(mistake.column + 1)}});
             }
@@ -524,7 +602,8 @@ private:
         Error first = errors_.front();
         if (errors_.size() > 1)
         {
-            first.advice = std::to_string(errors_.size() - 1) + (errors_.size() == kMostErrors ? " or more" : "") + " further:";
+            first.advice =
+                std::to_string(errors_.size() - 1) + (errors_.size() == kMostErrors ? " or more" : "") + " further:";
             for (std::size_t i = 1; i < errors_.size(); ++i)
                 first.advice += "\n" + toString(errors_[i]);
         }
@@ -533,7 +612,7 @@ private:
 
     LineParser parserOf(std::u32string_view line, std::size_t begin, std::size_t end)
     {
-        return {grammar_, limits_, line, begin, end};
+        return {grammar_, longSymbols_, limits_, line, begin, end};
     }
 
     void declareSymbols(std::u32string_view line)
@@ -541,29 +620,33 @@ private:
         LineParser parser = parserOf(line, 0, line.size());
         if (!parser.take(U"symbols:"))
             return;
+        if (!settings_.insert("symbols").second)
+            throw Mistake{parser.position() - 8, "the setting `symbols:` stands twice", "each setting once"};
         while (!parser.atEnd())
         {
             const std::size_t column = parser.position();
             std::string name = parser.name("a symbol");
+            if (name == "let" || isSettingName(name))
+                throw Mistake{column, "`" + name + "` cannot be a symbol, for it begins lines of its own",
+                              "another name"};
+            if (name.size() > kLongestSymbol)
+                throw Mistake{column, "the symbol has " + std::to_string(name.size()) + " characters",
+                              "at most " + std::to_string(kLongestSymbol), ErrorKind::Limit};
             if (std::ranges::find(grammar_.longSymbols, name) != grammar_.longSymbols.end())
                 throw Mistake{column, "the symbol `" + name + "` is declared twice", "each symbol once"};
             if (grammar_.longSymbols.size() >= limits_.productions)
                 throw Mistake{column, "more than " + std::to_string(limits_.productions) + " declared symbols",
                               "at most the limit productions", ErrorKind::Limit};
+            longSymbols_.add(fromUtf8(name));
             grammar_.longSymbols.push_back(std::move(name));
         }
     }
 
-    void statement(std::u32string_view line)
+    void statement(std::u32string_view line, std::u32string_view comment)
     {
-        const std::u32string_view whole = lines_[lineNumber_ - 1];
-        for (const std::u32string_view directive : {U"#define", U"#include"})
-            if (whole.starts_with(directive))
-                throw Mistake{0, "`" + toUtf8(directive) + "` is the preprocessor's, which is not used here",
-                              "`let name = value` for a constant, and one file a grammar"};
         LineParser parser = parserOf(line, 0, line.size());
         if (parser.atEnd())
-            return;
+            return refuseDirective(comment, line.size());
         const std::size_t start = parser.position();
         if (line.substr(start).starts_with(U"let") && start + 3 < line.size() && isSpace(line[start + 3]))
         {
@@ -575,6 +658,15 @@ private:
         production(line, start);
     }
 
+    static void refuseDirective(std::u32string_view comment, std::size_t column)
+    {
+        for (const std::u32string_view directive : {U"#define", U"#include"})
+            if (comment.starts_with(directive) &&
+                (comment.size() == directive.size() || !isName(comment[directive.size()])))
+                throw Mistake{column, "`" + toUtf8(directive) + "` is the preprocessor's, which is not used here",
+                              "`let name = value` for a constant, and one file a grammar"};
+    }
+
     void constant(LineParser& parser)
     {
         parser.skipSpace();
@@ -582,6 +674,9 @@ private:
         const std::string name = parser.name("a constant");
         if (std::ranges::find(grammar_.constants, name, &NamedConstant::name) != grammar_.constants.end())
             throw Mistake{column, "the constant `" + name + "` is defined twice", "each name once"};
+        if (name == "n" || name == "pi" ||
+            std::ranges::find(expressionFunctions(), name, &ExpressionFunction::name) != expressionFunctions().end())
+            throw Mistake{column, "`" + name + "` is built in", "another name for the constant"};
         if (!parser.take(U"="))
             parser.fail("unexpected " + parser.here() + " after the constant's name", "`=`");
         const ExpressionId id = parser.expression();
@@ -595,13 +690,14 @@ private:
     }
 
     /// The colon of `word:` at the start of the line, or npos where that is not a setting but a production's.
-    static std::size_t settingColon(std::u32string_view line, std::size_t start)
+    [[nodiscard]] std::size_t settingColon(std::u32string_view line, std::size_t start) const
     {
         std::size_t end = start;
         while (end < line.size() && isNameStart(line[end]))
             ++end;
         const bool isSetting = end - start >= 2 && end < line.size() && line[end] == ':';
-        return isSetting ? end : std::u32string_view::npos;
+        const bool isSymbol = longSymbols_.match(line.substr(start, end - start)) == end - start;
+        return isSetting && !isSymbol ? end : std::u32string_view::npos;
     }
 
     void setting(const std::string& name, std::size_t start, std::u32string_view line, std::size_t valueStart)
@@ -609,10 +705,10 @@ private:
         if (name == "symbols")
             return; // read before everything else
         LineParser parser = parserOf(line, valueStart, line.size());
-        constexpr std::string_view kElsewhere[] = {"interpret", "ignore", "order", "tropism", "iterations"};
-        if (std::ranges::find(kElsewhere, name) != std::end(kElsewhere))
-            throw Mistake{start, "`" + name + ":` is not part of a species' grammar",
-                          "a context-free grammar: symbols, let, angle, step, width, draw, move, axiom and productions"};
+        if (std::ranges::find(kForeignSettings, name) != std::end(kForeignSettings))
+            throw Mistake{
+                start, "`" + name + ":` is not part of a species' grammar",
+                "a context-free grammar: symbols, let, angle, step, width, draw, move, axiom and productions"};
         if (!settings_.insert(name).second)
             throw Mistake{start, "the setting `" + name + ":` stands twice", "each setting once"};
         if (name == "angle")
@@ -631,7 +727,8 @@ private:
             axiomSeen_ = true;
         }
         else
-            throw Mistake{start, "unknown setting `" + name + ":`", "one of symbols, angle, step, width, draw, move, axiom"};
+            throw Mistake{start, "unknown setting `" + name + ":`",
+                          "one of symbols, angle, step, width, draw, move, axiom"};
         parser.expectEnd("the setting");
     }
 
@@ -654,21 +751,23 @@ private:
     {
         Arrow arrow{std::u32string_view::npos, 0};
         int depth = 0;
+        std::size_t open = 0;
         for (std::size_t i = start; i < line.size(); ++i)
         {
-            const std::u32string_view rest = line.substr(i);
-            depth += line[i] == '(' ? 1 : line[i] == ')' ? -1 : 0;
-            const std::size_t length = rest.starts_with(U"-->")                              ? 3
-                                       : rest.starts_with(U"->")                             ? 2
-                                       : rest.starts_with(U"→")                              ? 1
-                                                                                             : 0;
+            if (line[i] == '(' && depth++ == 0)
+                open = i;
+            depth -= line[i] == ')' ? 1 : 0;
+            const std::size_t length = arrowLength(line.substr(i));
             if (depth > 0 || length == 0)
                 continue;
             arrow = {i, i + length};
             i += length - 1;
         }
+        if (arrow.begin == std::u32string_view::npos && depth > 0)
+            throw Mistake{open, "`(` is never closed", "`)`, then an arrow such as `->`"};
         if (arrow.begin == std::u32string_view::npos)
-            throw Mistake{start, "this line is neither a setting, a `let` nor a production", "`predecessor -> successor`"};
+            throw Mistake{start, "this line is neither a setting, a `let` nor a production",
+                          "`predecessor -> successor`"};
         return arrow;
     }
 
@@ -687,8 +786,8 @@ private:
     void production(std::u32string_view line, std::size_t start)
     {
         if (grammar_.productions.size() >= limits_.productions)
-            throw Mistake{start, "more than " + std::to_string(limits_.productions) + " productions", "at most the limit productions",
-                          ErrorKind::Limit};
+            throw Mistake{start, "more than " + std::to_string(limits_.productions) + " productions",
+                          "at most the limit productions", ErrorKind::Limit};
         const Arrow arrow = arrowOf(line, start);
         Production result;
         result.line = static_cast<std::uint32_t>(lineNumber_);
@@ -726,6 +825,9 @@ private:
         }
         LineParser parser = parserOf(line, begin, end);
         result.predecessor = parser.symbol();
+        if (const std::string& name = grammar_.symbols.name(result.predecessor); name == "[" || name == "]")
+            throw Mistake{begin, "`" + name + "` cannot be rewritten, for brackets must balance",
+                          "another predecessor"};
         if (parser.take(U"(") && !parser.take(U")"))
         {
             do
@@ -775,7 +877,7 @@ private:
     std::string_view file_;
     const Limits& limits_;
     Grammar grammar_;
-    std::vector<std::u32string> lines_;
+    LongSymbols longSymbols_;
     std::size_t lineNumber_ = 0;
     std::vector<double> constants_;
     std::set<std::string> settings_;
@@ -788,8 +890,12 @@ private:
 Expected<Grammar> parseGrammar(std::string_view text, std::string_view file, const Limits& limits)
 {
     if (text.size() > limits.fileBytes)
-        return failure(ErrorKind::Limit, {std::string(file), 0, 0}, "the grammar has " + std::to_string(text.size()) + " bytes",
+        return failure(ErrorKind::Limit, {std::string(file), 0, 0},
+                       "the grammar has " + std::to_string(text.size()) + " bytes",
                        "at most " + std::to_string(limits.fileBytes) + " (the limit fileBytes)");
+    if (const std::size_t invalid = findInvalidUtf8(text); invalid != std::string_view::npos)
+        return failure(ErrorKind::BadInput, locate(file, text, invalid), "the text is not valid UTF-8",
+                       "a file saved as UTF-8");
     return FileParser(file, limits).parse(text);
 }
 

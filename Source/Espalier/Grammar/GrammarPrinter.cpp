@@ -2,6 +2,7 @@
 #include <Espalier/Grammar/Grammar.h>
 
 #include <algorithm>
+#include <cmath>
 
 namespace espalier {
 
@@ -56,7 +57,7 @@ Binding bindingOf(const ExpressionNode& node)
     case Power:
         return {9, "^"};
     case Number:
-        return {node.value < 0 ? 8 : kPrimary};
+        return {std::signbit(node.value) ? 8 : kPrimary};
     default:
         return {kPrimary};
     }
@@ -147,7 +148,7 @@ struct Printer
     {
         const std::string& name = grammar.symbols.name(id);
         const auto alphanumeric = [](char c) {
-            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
         };
         // Declared symbols are matched longest first, so letters that stand together might read as one of them.
         if (!grammar.longSymbols.empty() && !out.empty() && alphanumeric(out.back()) && alphanumeric(name.front()))
@@ -237,8 +238,9 @@ std::string printGrammar(const Grammar& grammar)
 {
     const Grammar defaults;
     const auto sameSymbols = [&](const std::vector<SymbolId>& mine, const std::vector<SymbolId>& theirs) {
-        return std::ranges::equal(mine, theirs, {}, [&](SymbolId id) { return grammar.symbols.name(id); },
-                                  [&](SymbolId id) { return defaults.symbols.name(id); });
+        return std::ranges::equal(
+            mine, theirs, {}, [&](SymbolId id) { return grammar.symbols.name(id); },
+            [&](SymbolId id) { return defaults.symbols.name(id); });
     };
 
     Printer printer{grammar};
@@ -287,7 +289,8 @@ Grammar::Grammar()
 
 void Grammar::append(std::vector<Module>& word, SymbolId symbol, std::initializer_list<ExpressionId> moduleArguments)
 {
-    word.push_back({symbol, static_cast<std::uint32_t>(arguments.size()), static_cast<std::uint32_t>(moduleArguments.size())});
+    word.push_back(
+        {symbol, static_cast<std::uint32_t>(arguments.size()), static_cast<std::uint32_t>(moduleArguments.size())});
     arguments.insert(arguments.end(), moduleArguments);
 }
 

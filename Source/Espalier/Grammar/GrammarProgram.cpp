@@ -1,6 +1,7 @@
 #include <Espalier/Grammar/Derivation.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numeric>
 #include <queue>
 
@@ -66,7 +67,8 @@ Expected<void> GrammarProgram::evaluateConstants()
         scope.constants = constants_.data();
         constants_.push_back(evaluate(grammar_.expressions, constant.value, scope));
         if (scope.failed)
-            return failure(ErrorKind::BadInput, {}, "the constant `" + constant.name + "` has no finite value", "a number");
+            return failure(ErrorKind::BadInput, {}, "the constant `" + constant.name + "` has no finite value",
+                           "a number");
     }
     return {};
 }
@@ -85,8 +87,8 @@ Expected<void> GrammarProgram::resolveTables()
                                                     [&](std::uint32_t i) { return std::string_view(tables_[i].name); });
         if (found == byName.end() || tables_[*found].name != production.table || tables_[*found].rows.empty())
             return failure(ErrorKind::BadInput, {{}, production.line, 1},
-                           "the production `" + printProduction(grammar_, production) + "` draws from the table " + production.table +
-                               ", which does not exist or is empty",
+                           "the production `" + printProduction(grammar_, production) + "` draws from the table " +
+                               production.table + ", which does not exist or is empty",
                            "the name of a table of transforms with at least one row");
         tableOf_.back() = *found;
         const std::size_t rows = tables_[*found].rows.size();
@@ -94,8 +96,8 @@ Expected<void> GrammarProgram::resolveTables()
         if (production.row != kNoExpression && constantValue(grammar_.expressions, production.row, constants_, row) &&
             !(row >= 0 && row < static_cast<double>(rows)))
             return failure(ErrorKind::BadInput, {{}, production.line, 1},
-                           "the production `" + printProduction(grammar_, production) + "` takes a row that the table " +
-                               production.table + " lacks",
+                           "the production `" + printProduction(grammar_, production) +
+                               "` takes a row that the table " + production.table + " lacks",
                            "a row from 0 to " + std::to_string(rows - 1));
     }
     return {};
@@ -163,8 +165,8 @@ bool GrammarProgram::tabulateWeight(const Production& production, Tabulated& ent
         return false;
     const ExpressionNode& product = pool[sum.first];
     const ExpressionNode& test = pool[product.first];
-    return test.op == ExpressionOp::Equal && pool[test.first].op == ExpressionOp::Parameter && pool[test.first].first == 0 &&
-           constantValue(pool, test.second, constants_, entry.key) &&
+    return test.op == ExpressionOp::Equal && pool[test.first].op == ExpressionOp::Parameter &&
+           pool[test.first].first == 0 && constantValue(pool, test.second, constants_, entry.key) &&
            constantValue(pool, product.second, constants_, entry.bonus) &&
            constantValue(pool, sum.second, constants_, base) && entry.bonus >= 0 && base >= 0;
 }
@@ -172,6 +174,7 @@ bool GrammarProgram::tabulateWeight(const Production& production, Tabulated& ent
 void GrammarProgram::tabulate(Group& group)
 {
     double baseSum = 0;
+    double bonusSum = 0;
     for (std::uint32_t i = group.first; i < group.first + group.count; ++i)
     {
         double base = 0;
@@ -179,8 +182,11 @@ void GrammarProgram::tabulate(Group& group)
         if (!tabulateWeight(grammar_.productions[candidates_[i]], tabulated_[i], base))
             return;
         baseSum += base;
+        bonusSum += tabulated_[i].bonus;
         tabulated_[i].baseSum = baseSum;
     }
+    if (!std::isfinite(baseSum + bonusSum))
+        return;
     group.tabulated = true;
     const auto members = std::span(byKey_).subspan(group.first, group.count);
     std::iota(members.begin(), members.end(), group.first);
@@ -204,6 +210,8 @@ void GrammarProgram::price()
     using Entry = std::pair<double, std::uint32_t>; // cost, group
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     const auto settleProduction = [&](std::uint32_t p) {
+        if (sums[p] == kNever) // more than a double counts is never
+            return;
         costs_[p] = sums[p];
         queue.emplace(costs_[p], groupOfProduction[p]);
     };

@@ -117,6 +117,13 @@ double estimatedDistance(const std::vector<std::uint64_t>& a, const std::vector<
     return std::max(0.0, 0.90 * pq - 0.017);
 }
 
+/// How near a trial comes to what is wanted, [0, 1].
+double scoreOf(const KinTrial& trial)
+{
+    return std::min(1.0, trial.difference / kLeastDifference) * std::min(1.0, trial.accepted / kLeastAccepted) *
+           std::min(1.0, trial.distinct / kLeastDistinct);
+}
+
 /// The template of each production, as a small number.
 std::vector<std::uint32_t> labelsOf(const Species& species)
 {
@@ -236,9 +243,11 @@ Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
 Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const
 {
     const KinClasses classes = classify(limbs_, level, segments_);
-    // Differences rise with the weight, within noise: the trials of all weights grow from the same seeds.
+    // Differences rise with the weight and acceptance falls, within noise: the trials of all weights grow from the same seeds.
+    // Of large trees few are accepted at weight 1, too few to tell differences.
+    const auto tooFew = [](const KinTrial& trial) { return trial.accepted < kLeastAccepted; };
     auto best = tryOut(classes, 1.0);
-    if (!best || best->difference < kLeastDifference)
+    if (!best || (best->difference < kLeastDifference && !tooFew(*best)))
         return best;
     int low = 0;    // hundredths: too small a weight
     int high = 100; // a sufficient one
@@ -249,8 +258,8 @@ Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const
         if (!trial)
             return trial;
         const bool enough = trial->difference >= kWantedDifference;
-        (enough ? high : low) = middle;
-        if (enough)
+        (enough || tooFew(*trial) ? high : low) = middle;
+        if ((enough && !tooFew(*trial)) || scoreOf(*trial) > scoreOf(*best))
             best = std::move(trial);
     }
     return best;
@@ -266,8 +275,7 @@ Expected<KinTrial> KinNursery::chooseLevel() const
         auto trial = calibrate(level);
         if (!trial)
             return trial;
-        const double score = std::min(1.0, trial->difference / kLeastDifference) * std::min(1.0, trial->accepted / kLeastAccepted) *
-                             std::min(1.0, trial->distinct / kLeastDistinct);
+        const double score = scoreOf(*trial);
         if (score > bestScore)
         {
             bestScore = score;

@@ -1,9 +1,11 @@
 #include <Espalier/Turtle/Turtle.h>
 
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Json.h>
 #include <Espalier/Plant/Skeleton.h>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace espalier {
 
@@ -102,20 +104,22 @@ bool Turtle::apply(TurtleCommand command, std::span<const double> parameters)
     using enum TurtleCommand;
     if (failed_)
         return false;
-    if (organ_)
+    // The symbol after ~ names an organ, whatever it would do otherwise; only brackets stay brackets.
+    const bool isName = std::exchange(organ_, false);
+    if ((isName || state_.cut) && command != Push && command != Pop)
     {
-        organ_ = false; // the symbol after ~ names an organ, whatever it would do otherwise
+        organ_ = command == Organ && !isName;
         return true;
     }
-    if (state_.cut && command != Push && command != Pop)
-        return true;
     const double value = parameters.empty() ? 0.0 : parameters[0];
+    if (!std::isfinite(value))
+        return fail(ErrorKind::BadInput, "a parameter of the word is not finite", "finite numbers");
     const double angle = parameters.empty() ? settings_.angleDegrees : value;
     const double length = parameters.empty() ? settings_.stepLength : value;
     const auto turn = [&](DVec3& a, DVec3& b, double degrees) {
         if (degrees == 0) // exactly nothing, so that leaving out a turn by 0 changes no bit
             return;
-        rotate(a, b, math::sinCosDegrees(degrees));
+        rotate(a, b, math::sinCosDegrees(std::fmod(degrees, 360.0)));
         orthonormalise(state_);
     };
 
@@ -165,18 +169,23 @@ bool Turtle::apply(TurtleCommand command, std::span<const double> parameters)
     }
     case Width:
         state_.width = parameters.empty() ? state_.width * 0.7 : std::abs(value);
+        if (state_.width > limits_.coordinate)
+            return fail(ErrorKind::Limit, "a diameter is larger than " + formatNumber(limits_.coordinate) + " m",
+                        "at most the limit coordinate");
         skeleton_.widthsGiven = true;
         break;
     case Material:
-        state_.material = static_cast<std::uint16_t>(parameters.empty() ? std::min(state_.material + 1, 65535)
-                                                                        : static_cast<int>(std::clamp(value, 0.0, 65535.0)));
+        state_.material =
+            static_cast<std::uint16_t>(parameters.empty() ? std::min(state_.material + 1, 65535)
+                                                          : static_cast<int>(std::clamp(value, 0.0, 65535.0)));
         break;
     case Cut:
         state_.cut = true;
         break;
     case Push:
         if (scratch_.stack.size() >= limits_.bracketDepth)
-            return fail(ErrorKind::Limit, "brackets nest deeper than " + std::to_string(limits_.bracketDepth), "at most the limit bracketDepth");
+            return fail(ErrorKind::Limit, "brackets nest deeper than " + std::to_string(limits_.bracketDepth),
+                        "at most the limit bracketDepth");
         scratch_.stack.push_back(state_);
         break;
     case Pop:
@@ -203,7 +212,8 @@ void Turtle::draw(double length)
     const std::uint32_t index = skeleton_.size();
     if (index >= limits_.nodes)
     {
-        fail(ErrorKind::Limit, "the plant has more than " + std::to_string(limits_.nodes) + " segments", "at most the limit nodes");
+        fail(ErrorKind::Limit, "the plant has more than " + std::to_string(limits_.nodes) + " segments",
+             "at most the limit nodes");
         return;
     }
     const DVec3 start = state_.position;
@@ -228,10 +238,11 @@ void Turtle::draw(double length)
 void Turtle::cover()
 {
     const DVec3& p = state_.position;
-    const double reach = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-    if (!(reach <= limits_.coordinate))
+    const double most = limits_.coordinate;
+    if (!(std::abs(p.x) <= most && std::abs(p.y) <= most && std::abs(p.z) <= most))
     {
-        fail(ErrorKind::Limit, "the plant reaches farther than " + std::to_string(static_cast<long>(limits_.coordinate)) + " m from the origin",
+        fail(ErrorKind::Limit,
+             "the plant reaches farther than " + formatNumber(limits_.coordinate) + " m from the origin",
              "at most the limit coordinate");
         return;
     }

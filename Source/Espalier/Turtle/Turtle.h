@@ -34,12 +34,12 @@ enum class TurtleCommand : std::uint8_t
     BeginPolygon, ///< {
     Corner,       ///< .
     EndPolygon,   ///< }
-    Organ,        ///< ~: the next symbol names an organ
+    Organ,        ///< ~: the next symbol, unless a bracket, names an organ
     Sphere,       ///< @
 };
 
-/// The command that a symbol spells by convention (DESIGN 6); Nothing for every other symbol. F, G and f are Draw and Move
-/// here; a grammar's `draw:` and `move:` may say otherwise.
+/// The command that a symbol spells by convention (DESIGN 6); Nothing for every other symbol. F, G and f are Draw and
+/// Move here; a grammar's `draw:` and `move:` may say otherwise.
 [[nodiscard]] TurtleCommand turtleCommand(std::string_view symbol) noexcept;
 
 /// Defaults of commands without a parameter.
@@ -68,11 +68,12 @@ struct TurtleScratch
     std::vector<std::uint32_t> instances;
 };
 
-/// Draws a word into a skeleton, symbol by symbol: start at the origin, heading +Y, left -X, up +Z (DESIGN 6; Abelson and
-/// diSessa's turtle in three dimensions, ABOP p. 18). Positions are kept in doubles, so long axes do not drift.
+/// Draws a word into a skeleton, symbol by symbol: start at the origin, heading +Y, left -X, up +Z (DESIGN 6; Abelson
+/// and diSessa's turtle in three dimensions, ABOP p. 18). Positions are kept in doubles, so long axes do not drift.
 ///
-/// Misuse (an unbalanced bracket), a coordinate out of range or more segments than the limit stop the drawing; error()
-/// tells. Polygons, organs and spheres are understood but draw nothing yet beyond the corners' reach.
+/// Misuse (an unbalanced bracket, a parameter that is not finite), a coordinate or diameter out of range or more
+/// segments than the limit stop the drawing; error() tells. Polygons, organs and spheres are understood but draw
+/// nothing yet beyond the corners' reach.
 class Turtle
 {
 public:
@@ -85,8 +86,8 @@ public:
     void beginInstance(std::uint32_t production, std::uint32_t row);
     void endInstance();
 
-    /// Checks that every bracket is closed. The skeleton has segments, parents, frames and instances; completeAxes gives it
-    /// axes and radii. On failure the skeleton is empty.
+    /// Checks that every bracket is closed. The skeleton has segments, parents, frames and instances; completeAxes
+    /// gives it axes and radii. On failure the skeleton is empty.
     [[nodiscard]] Expected<void> finish();
 
     /// Why apply returned false.
@@ -99,11 +100,11 @@ private:
     bool fail(ErrorKind kind, std::string what, std::string expected);
 
     TurtleSettings settings_;
-    const Limits& limits_;
+    Limits limits_;
     TurtleScratch& scratch_;
     Skeleton& skeleton_;
     TurtleScratch::State state_;
-    bool organ_ = false;                ///< The last symbol was ~.
+    bool organ_ = false; ///< The last symbol was ~.
     bool failed_ = false;
     Error error_;
     double minY_ = 0, maxY_ = 0, maxRadiusSquared_ = 0;

@@ -1,0 +1,108 @@
+#!/usr/bin/env bash
+# The command as its users meet it: the main job, exit codes, messages with places, and no output touched by a failure.
+set -uo pipefail
+espalier=$1
+repository=$2
+content=$repository/Content
+failures=0
+
+# expect TITLE CODE TEXT COMMAND...: the command ends with CODE and its output, stderr included, holds TEXT.
+expect()
+{
+    local title=$1 code=$2 text=$3 output status=0
+    shift 3
+    output=$("$@" 2>&1) || status=$?
+    if [ $status -ne "$code" ] || ! grep -qF -- "$text" <<< "$output"; then
+        printf 'FAILED %s\n  $ %s\n  exit %d, expected %d with "%s"; it said:\n%s\n' "$title" "$*" $status "$code" "$text" \
+            "$(head -c 2000 <<< "$output")"
+        failures=$((failures + 1))
+    fi
+}
+
+same()
+{
+    cmp -s "$2" "$3" && return
+    printf 'FAILED %s: %s and %s differ\n' "$1" "$2" "$3"
+    failures=$((failures + 1))
+}
+
+rm -rf work
+mkdir work
+cd work || exit
+
+# The main job.
+expect "facts of the drawn tree" 0 '"segments": 55' "$espalier" measure "$content/Thesis.archetype" --json
+expect "facts of the drawn tree" 0 '"instances": 17' "$espalier" measure "$content/Thesis.archetype" --json
+for tree in Thesis Oak; do
+    expect "infer" 0 "" "$espalier" infer "$content/$tree.archetype" -o $tree.species
+    expect "infer at weight 0" 0 "" "$espalier" infer "$content/$tree.archetype" --merge-weight 0 -o $tree-0.species
+    "$espalier" measure "$content/$tree.archetype" --json > drawn.json
+    for seed in 0 1 18446744073709551615; do
+        "$espalier" measure $tree-0.species --seed $seed --json | grep -v '"seed"' > grown.json
+        same "weight 0 gives the archetype back, seed $seed" drawn.json grown.json
+    done
+    expect "grow" 0 "$tree-2.glb" "$espalier" grow $tree.species --seed 1..2 -o $tree.glb
+    expect "grow again" 0 "again.glb" "$espalier" grow $tree.species --seed 2 -o again.glb
+    same "one seed, the same bytes" $tree-2.glb again.glb
+    expect "overlap" 0 '"count"' "$espalier" overlap $tree.species --seed 1..2 --json
+done
+expect "a range is an array" 0 "[" "$espalier" measure Thesis.species --seed 3..4 --json
+expect "helberg" 0 "L -> F[-FF+FF[+F]F[-F]F]+F" "$espalier" infer "$content/Thesis.archetype" --preset helberg --trace
+expect "picture" 0 "p.png" "$espalier" render Thesis.species --seed 3 --samples 1 --width 64 --height 64 -o p.png
+expect "contact sheet" 0 "s.png" "$espalier" render Thesis.species --archetype "$content/Thesis.archetype" --seed 1..3 --sheet \
+    --samples 1 --width 64 --height 64 -o s.png
+
+# A grammar goes out, is edited and comes back.
+"$espalier" grammar Thesis.species > edited.lsys
+cp Thesis.species before.species
+expect "put the same grammar back" 0 "" "$espalier" grammar Thesis.species --set edited.lsys
+same "the same grammar changes nothing" Thesis.species before.species
+sed -i 's/^let w = .*/let w = /' edited.lsys
+expect "a broken grammar names its line" 3 "edited.lsys:" "$espalier" grammar Thesis.species --set edited.lsys
+same "a broken grammar changes nothing" Thesis.species before.species
+
+# Wrong usage is 2.
+expect "no verb" 2 "" "$espalier"
+expect "unknown verb" 2 "" "$espalier" prune
+expect "unknown ending" 2 ".species" "$espalier" measure tree.txt
+expect "empty range" 2 "range is empty" "$espalier" measure Thesis.species --seed 9..3
+expect "no number" 2 "--seed" "$espalier" measure Thesis.species --seed one
+expect "weight out of range" 2 "merge-weight" "$espalier" infer "$content/Thesis.archetype" --merge-weight 1.5 -o x.species
+expect "unknown preset" 2 "preset" "$espalier" infer "$content/Thesis.archetype" --preset best -o x.species
+
+# Bad input is 3, with its place, and what was there stays.
+head -c 300 "$content/Thesis.archetype" > truncated.archetype
+: > empty.archetype
+printf '\xff\xfe' > bytes.archetype
+cp "$repository/Templates/thesis.templates" .
+printf '{"espalier":"archetype","version":1,"library":"thesis.templates",\n "trees":[{"template":"VII","scale":2}]}' > key.archetype
+printf '{"espalier":"archetype","version":1,"library":"thesis.templates",\n "trees":[{"template":"VII","scaling":1e400}]}' > huge.archetype
+printf '{"espalier":"archetype","version":1,"library":"thesis.templates",\n "trees":[{"template":"VII","scaling":0}]}' > zero.archetype
+printf '{"espalier":"archetype","version":1,"library":"../thesis.templates","trees":[{"template":"VII"}]}' > leave.archetype
+printf '{"espalier":"archetype","version":2,"library":"thesis.templates","trees":[{"template":"VII"}]}' > newer.archetype
+printf '{"espalier":"archetype","version":1,"library":"thesis.templates","trees":[{"template":"I","children":{"Y":{"template":"I"}}}]}' > anchor.archetype
+printf '{"espalier":"archetype","version":1,"library":"thesis.templates","trees":[{"template":"I","children":{"X":null,"X":null}}]}' > twice.archetype
+head -c 100000 /dev/zero | tr '\0' '[' > nested.archetype
+truncate -s 100000000 large.archetype
+printf old > out.species
+expect "empty" 3 "empty.archetype:1:1" "$espalier" infer empty.archetype -o out.species
+expect "truncated" 3 "truncated.archetype:" "$espalier" infer truncated.archetype -o out.species
+expect "not UTF-8" 3 "bytes.archetype:1:1" "$espalier" infer bytes.archetype -o out.species
+expect "unknown key" 3 'key.archetype:2:29' "$espalier" infer key.archetype -o out.species
+expect "1e400" 3 "huge.archetype:2:39" "$espalier" infer huge.archetype -o out.species
+expect "scaling 0" 3 "zero.archetype:2:39" "$espalier" infer zero.archetype -o out.species
+expect "library outside" 3 "leaves the folders" "$espalier" infer leave.archetype -o out.species
+expect "newer version" 3 "version 2" "$espalier" infer newer.archetype -o out.species
+expect "no such anchor" 3 'no anchor "Y"' "$espalier" infer anchor.archetype -o out.species
+expect "two children at one anchor" 3 "second time" "$espalier" infer twice.archetype -o out.species
+expect "nested 100,000 deep" 3 "jsonDepth" "$espalier" infer nested.archetype -o out.species
+expect "100 MB" 3 "fileBytes" "$espalier" infer large.archetype -o out.species
+expect "the earlier output stays" 0 "old" cat out.species
+
+# Anything else is 1.
+expect "missing file" 1 "missing.archetype" "$espalier" infer missing.archetype -o out.species
+expect "missing folder" 1 "nowhere" "$espalier" infer "$content/Thesis.archetype" -o nowhere/out.species
+expect "a folder for a file" 1 "folder.archetype" bash -c "mkdir folder.archetype; '$espalier' measure folder.archetype"
+
+[ $failures -eq 0 ] && echo "the command does what it says"
+exit $failures
