@@ -34,10 +34,10 @@ run $espalier overlap $out/oak.species --seed 1..8
 
 # The drawn tree, it among seven relatives, and one of them from all sides.
 run $espalier render Content/Oak.archetype -o $out/oak-drawn.png
-run $espalier render $out/oak.species --seed 1..7 --archetype Content/Oak.archetype --sheet -o $out/oak-relatives.png
+run $espalier render Content/Oak.archetype $out/oak.species --seed 1..7 --sheet -o $out/oak-relatives.png
 run $espalier render $out/oak.species --seed 3 --turntable 6 -o $out/oak-3-turntable.png
 run $espalier render Content/Thesis.archetype -o $out/thesis-drawn.png
-run $espalier render $out/thesis.species --seed 1..7 --archetype Content/Thesis.archetype --sheet \
+run $espalier render Content/Thesis.archetype $out/thesis.species --seed 1..7 --sheet \
     -o $out/thesis-relatives.png
 
 # The same steps from C++: Samples/QuickStart/main.cpp.

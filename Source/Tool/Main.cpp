@@ -8,7 +8,7 @@ int main(int argc, char** argv)
     CLI::App app{"Espalier: draw one tree, grow any number of relatives.\n"
                  "  espalier infer Content/Oak.archetype -o oak.species\n"
                  "  espalier grow oak.species --seed 1..8 -o oak.glb\n"
-                 "  espalier render oak.species --archetype Content/Oak.archetype --seed 1..7 --sheet -o oak.png\n"
+                 "  espalier render Content/Oak.archetype oak.species --seed 1..7 --sheet -o oak.png\n"
                  "Exit codes: 0 good, 1 something else, 2 wrong usage, 3 bad input."};
     app.name("espalier");
     app.require_subcommand(1);

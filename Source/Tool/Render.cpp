@@ -3,6 +3,7 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Render/Render.h>
+#include <algorithm>
 #include <iostream>
 #include <memory>
 
@@ -12,8 +13,9 @@ namespace {
 
 struct RenderCommand
 {
-    PlantInput input;
-    std::string archetype;
+    std::vector<std::string> inputs;
+    std::string seeds = "1";
+    TemplateFolders templates;
     std::string output;
     bool sheet = false;
     std::uint32_t turntable = 0;
@@ -22,7 +24,7 @@ struct RenderCommand
     std::uint32_t height = 0;
     std::uint32_t samples = 64;
     double azimuthDegrees = 0;
-    double elevationDegrees = 5.7;
+    double elevationDegrees = -5;
 };
 
 /// The meshes of all plants to be shown; subjects point into them.
@@ -33,18 +35,29 @@ struct Gallery
     std::vector<RenderSubject> subjects;
     TubeScratch scratch;
 
-    void add(const PlantInput& input, const Appearance& appearance)
+    /// `name` stands before the labels of what it names; empty: they speak for themselves.
+    void add(const PlantInput& input, const std::string& name)
     {
-        appearances.push_back(std::make_unique<Appearance>(appearance));
+        appearances.push_back(std::make_unique<Appearance>(input.appearance()));
         const Appearance* shown = appearances.back().get();
         input.eachPlant([&](const Plant& plant) {
             auto mesh = std::make_unique<TreeMesh>();
             meshOrFail(plant.skeleton, shown->bark, plant.label, input.path, scratch, *mesh);
-            subjects.push_back({mesh.get(), shown, plant.label});
+            const bool isDrawn = !plant.seed;
+            const std::string label = name.empty() ? plant.label : isDrawn ? name : name + ' ' + plant.label;
+            subjects.push_back({mesh.get(), shown, label});
             meshes.push_back(std::move(mesh));
         });
     }
 };
+
+/// `branching angle` for branching-angle.archetype.
+std::string nameOf(const std::string& path)
+{
+    std::string name = std::filesystem::path(path).stem().string();
+    std::ranges::replace(name, '-', ' ');
+    return name;
+}
 
 void render(const RenderCommand& command)
 {
@@ -52,22 +65,17 @@ void render(const RenderCommand& command)
         failUsage("render: " + command.output + ": expected an output that ends in .png");
     if (command.sheet && command.turntable > 0)
         failUsage("render: expected --sheet or --turntable, not both");
-    if (kindOf(command.input.path) == InputKind::Species && !command.sheet && parseSeeds(command.input.seeds).count() > 1)
-        failUsage("render: several seeds need --sheet");
-    if (command.sheet && kindOf(command.input.path) == InputKind::Species && parseSeeds(command.input.seeds).count() > 256)
-        failUsage("render: expected at most 256 trees on a sheet");
+    if (parseSeeds(command.seeds).count() > 256)
+        failUsage("render: expected at most 256 seeds");
 
+    // Two inputs of one kind need names; a drawn tree and its species do not.
+    const auto kinds = [&](InputKind kind) { return std::ranges::count(command.inputs, kind, [](const std::string& path) { return kindOf(path); }); };
+    const bool needNames = kinds(InputKind::Archetype) > 1 || kinds(InputKind::Species) > 1;
     Gallery gallery;
-    const Appearance appearance = command.input.appearance();
-    if (!command.archetype.empty())
-    {
-        PlantInput drawn = command.input;
-        drawn.path = command.archetype;
-        if (kindOf(drawn.path) != InputKind::Archetype)
-            failUsage("--archetype " + command.archetype + ": expected an .archetype file");
-        gallery.add(drawn, appearance);
-    }
-    gallery.add(command.input, appearance);
+    for (const std::string& path : command.inputs)
+        gallery.add({path, command.seeds, command.templates}, needNames ? nameOf(path) : "");
+    if (gallery.subjects.size() > 1 && !command.sheet)
+        failUsage("render: several trees need --sheet");
 
     RenderSettings settings;
     const bool many = command.sheet || command.turntable > 0;
@@ -79,8 +87,8 @@ void render(const RenderCommand& command)
     const Progress progress = terminalProgress();
     const Picture picture =
         command.sheet           ? orFail(renderContactSheet(gallery.subjects, command.columns, settings, progress))
-        : command.turntable > 0 ? orFail(renderTurntable(gallery.subjects.back(), command.turntable, settings, progress))
-                                : orFail(renderPicture(gallery.subjects.back(), settings, progress));
+        : command.turntable > 0 ? orFail(renderTurntable(gallery.subjects[0], command.turntable, settings, progress))
+                                : orFail(renderPicture(gallery.subjects[0], settings, progress));
     orFail(writeFileAtomically(command.output, encodePng(picture)));
     std::cout << command.output << ": " << picture.width << " x " << picture.height << " pixels\n";
 }
@@ -91,10 +99,10 @@ void addRender(CLI::App& app)
 {
     const auto command = std::make_shared<RenderCommand>();
     CLI::App* verb = app.add_subcommand("render", "Make a picture of an archetype or of trees of a species");
-    command->input.addTo(*verb);
+    verb->add_option("inputs", command->inputs, "A.archetype or S.species; several on a sheet, such as a drawn tree and its species")->required();
+    verb->add_option("--seed", command->seeds, "Of a species: a seed N, or a range A..B on a sheet")->capture_default_str();
     verb->add_option("-o,--output", command->output, "out.png")->required();
     verb->add_flag("--sheet", command->sheet, "A contact sheet: all trees at one scale, labelled");
-    verb->add_option("--archetype", command->archetype, "On a sheet: the drawn tree, shown first");
     verb->add_option("--turntable", command->turntable, "A strip of N views from all sides")->check(CLI::Range(2u, 64u));
     verb->add_option("--columns", command->columns, "Of a contact sheet")->check(CLI::Range(1u, 64u))->capture_default_str();
     verb->add_option("--width", command->width, "Pixels, of one view")->check(CLI::Range(16u, 8192u));
@@ -102,6 +110,7 @@ void addRender(CLI::App& app)
     verb->add_option("--samples", command->samples, "Rays a pixel: more is smoother and slower")->check(CLI::Range(1u, 4096u))->capture_default_str();
     verb->add_option("--azimuth", command->azimuthDegrees, "Degrees round the tree at which the camera stands")->check(CLI::Range(-360.0, 360.0));
     verb->add_option("--elevation", command->elevationDegrees, "Degrees above the horizon")->check(CLI::Range(-80.0, 80.0))->capture_default_str();
+    command->templates.addTo(*verb);
     verb->callback([command] { render(*command); });
 }
 

@@ -49,7 +49,7 @@ done
 expect "a range is an array" 0 "[" "$espalier" measure Thesis.species --seed 3..4 --json
 expect "helberg" 0 "L -> F[-FF+FF[+F]F[-F]F]+F" "$espalier" infer "$content/Thesis.archetype" --preset helberg --trace
 expect "picture" 0 "p.png" "$espalier" render Thesis.species --seed 3 --samples 1 --width 64 --height 64 -o p.png
-expect "contact sheet" 0 "s.png" "$espalier" render Thesis.species --archetype "$content/Thesis.archetype" --seed 1..3 --sheet \
+expect "contact sheet" 0 "s.png" "$espalier" render "$content/Thesis.archetype" Thesis.species --seed 1..3 --sheet \
     --samples 1 --width 64 --height 64 -o s.png
 
 # A grammar goes out, is edited and comes back.

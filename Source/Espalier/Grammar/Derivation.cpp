@@ -52,6 +52,8 @@ public:
         return true;
     }
 
+    [[nodiscard]] std::uint64_t work() const noexcept { return emitted_ + applied_; }
+
 private:
     static constexpr std::uint32_t kAxiom = GrammarProgram::kNothing;
 
@@ -310,7 +312,10 @@ private:
 Expected<bool> derive(const GrammarProgram& program, RandomKey key, const DerivationBudget& budget,
                       DerivationScratch& scratch, DerivationSink& sink)
 {
-    return Deriver(program, budget, scratch, sink).run(key);
+    Deriver deriver(program, budget, scratch, sink);
+    auto whole = deriver.run(key);
+    scratch.work = deriver.work();
+    return whole;
 }
 
 } // namespace espalier

@@ -94,6 +94,7 @@ struct DerivationScratch
     std::vector<double> parameters; ///< Of all frames.
     std::vector<double> arguments;  ///< Of the module at hand.
     std::vector<double> weights;
+    std::uint64_t work = 0; ///< Productions applied and modules emitted by the last derivation.
 };
 
 /// Receives a derivation as it happens, depth first, in the order of the word.

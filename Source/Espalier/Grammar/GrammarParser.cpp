@@ -820,6 +820,8 @@ private:
         {
             depth += line[i] == '(' ? 1u : 0u;
             depth -= line[i] == ')' && depth > 0 ? 1u : 0u;
+            if (depth == 0 && arrowLength(line.substr(i, end - i)) > 0)
+                throw Mistake{i, "a production has one arrow", "`predecessor -> successor`"};
             if (depth == 0 && (line[i] == '<' || line[i] == '>'))
                 throw Mistake{i, "contexts are not part of a species' grammar", "a predecessor without context"};
         }

@@ -243,40 +243,51 @@ DraftTree foldSubtree(const DraftTree& tree, const std::vector<std::uint32_t>& i
     return folded;
 }
 
-/// A right-hand side as symbols: terminals by template module, nonterminals by number.
-using Tokens = std::vector<std::uint64_t>;
+/// A right-hand side as numbers: nonterminals by their symbol, terminals counted down from kNoPiece.
+using Tokens = std::vector<std::uint32_t>;
 
-Tokens tokensOf(const DraftRule& rule, const TemplateLibrary& library, std::uint32_t from, std::uint32_t to)
+/// `terminals` are those met so far.
+Tokens tokensOf(const DraftRule& rule, const TemplateLibrary& library, std::vector<TemplateModule>& terminals)
 {
-    Tokens tokens;
-    const auto nonterminal = [&](std::uint32_t symbol) { return std::uint64_t{1} << 63 | (symbol == from ? to : symbol); };
     if (rule.piece == kNoPiece)
-    {
-        for (const std::uint32_t child : rule.children)
-            tokens.push_back(nonterminal(child));
-        return tokens;
-    }
+        return rule.children;
+    Tokens tokens;
     for (const TemplateModule& module : library.templates[rule.piece].modules)
-        tokens.push_back(module.anchor == kNoAnchor ? static_cast<unsigned char>(module.symbol) : nonterminal(rule.children[module.anchor]));
+    {
+        if (module.anchor != kNoAnchor)
+        {
+            tokens.push_back(rule.children[module.anchor]);
+            continue;
+        }
+        const auto known = static_cast<std::uint32_t>(std::ranges::find(terminals, module) - terminals.begin());
+        if (known == terminals.size())
+            terminals.push_back(module);
+        tokens.push_back(kNoPiece - known);
+    }
     return tokens;
 }
 
-/// Levenshtein distance: insertions, deletions and replacements of one symbol each.
-std::uint32_t editDistance(const Tokens& a, const Tokens& b)
+/// Levenshtein distance: insertions, deletions and replacements of one symbol each; `from` reads as `into`. Where it is more
+/// than `most`, something between the two.
+double editDistance(const Tokens& a, const Tokens& b, std::uint32_t into, std::uint32_t from, double most, std::vector<std::uint32_t>& row)
 {
-    std::vector<std::uint32_t> row(b.size() + 1);
+    const auto renamed = [&](std::uint32_t token) { return token == from ? into : token; };
+    row.resize(b.size() + 1);
     for (std::uint32_t j = 0; j < row.size(); ++j)
         row[j] = j;
     for (std::size_t i = 1; i <= a.size(); ++i)
     {
         std::uint32_t diagonal = row[0];
-        row[0] = static_cast<std::uint32_t>(i);
+        std::uint32_t least = row[0] = static_cast<std::uint32_t>(i);
         for (std::size_t j = 1; j <= b.size(); ++j)
         {
-            const std::uint32_t replaced = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+            const std::uint32_t replaced = diagonal + (renamed(a[i - 1]) == renamed(b[j - 1]) ? 0 : 1);
             diagonal = row[j];
             row[j] = std::min({replaced, row[j] + 1, row[j - 1] + 1});
+            least = std::min(least, row[j]);
         }
+        if (least > most) // it never falls from one row to the next
+            return least;
     }
     return row.back();
 }
@@ -315,37 +326,72 @@ DraftGrammar merged(const DraftGrammar& draft, std::uint32_t into, std::uint32_t
 }
 
 /// C_g = w_0 * (L(new) - L(old)) + (1 - w_0) * D_g, D_g the summed edit distance between the right-hand sides of the two symbols
-/// once they bear the same name.
-double mergeCost(const DraftGrammar& draft, const TemplateLibrary& library, std::uint32_t into, std::uint32_t from, double weight)
+/// once they bear the same name; for every pair of symbols of one draft.
+class MergeCosts
 {
-    std::vector<Tokens> ours;
-    std::vector<Tokens> theirs;
-    for (const DraftRule& rule : draft.rules)
+public:
+    MergeCosts(const DraftGrammar& draft, const TemplateLibrary& library, double weight)
+        : rules_(draft.rules), weight_(weight), rulesOf_(draft.names.size()), mentions_(draft.names.size())
     {
-        if (rule.symbol == into)
-            ours.push_back(tokensOf(rule, library, from, into));
-        if (rule.symbol == from)
-            theirs.push_back(tokensOf(rule, library, from, into));
+        std::vector<TemplateModule> terminals;
+        for (std::uint32_t i = 0; i < rules_.size(); ++i)
+        {
+            tokens_.push_back(tokensOf(rules_[i], library, terminals));
+            rulesOf_[rules_[i].symbol].push_back(i);
+            mention(rules_[i].symbol, i);
+            for (const std::uint32_t child : rules_[i].children)
+                mention(child, i);
+        }
     }
-    std::uint32_t distance = 0;
-    for (const Tokens& a : ours)
-        for (const Tokens& b : theirs)
-            distance += editDistance(a, b);
 
-    // Only rules that become equal shorten the grammar by more than the symbol itself.
-    double shorter = 1;
-    std::map<std::uint32_t, std::vector<Tokens>> seen;
-    for (const DraftRule& rule : draft.rules)
+    /// The cost if it is below `bound`, else something not below it.
+    double operator()(std::uint32_t into, std::uint32_t from, double bound)
     {
-        auto& known = seen[rule.symbol == from ? into : rule.symbol];
-        Tokens tokens = tokensOf(rule, library, from, into);
-        if (std::ranges::find(known, tokens) != known.end())
-            shorter += static_cast<double>(tokens.size());
-        else
-            known.push_back(std::move(tokens));
+        const double shortened = -weight_ * shorterBy(into, from);
+        if (shortened >= bound || weight_ == 1)
+            return shortened;
+        const double most = (bound - shortened) / (1 - weight_) + 1; // 1 for rounding
+        double distance = 0;
+        for (const std::uint32_t a : rulesOf_[into])
+            for (const std::uint32_t b : rulesOf_[from])
+                if ((distance += editDistance(tokens_[a], tokens_[b], into, from, most - distance, row_)) > most)
+                    return bound;
+        return shortened + (1 - weight_) * distance;
     }
-    return -weight * shorter + (1 - weight) * distance;
-}
+
+private:
+    void mention(std::uint32_t symbol, std::uint32_t rule)
+    {
+        if (mentions_[symbol].empty() || mentions_[symbol].back() != rule)
+            mentions_[symbol].push_back(rule);
+    }
+
+    /// By how much L falls: the symbol itself, and the rules that become equal to others. Only those that mention one of the two
+    /// symbols can.
+    double shorterBy(std::uint32_t into, std::uint32_t from)
+    {
+        touched_.clear();
+        std::ranges::set_union(mentions_[into], mentions_[from], std::back_inserter(touched_));
+        const auto same = [&](std::uint32_t a, std::uint32_t b) {
+            const auto equal = [&](std::uint32_t x, std::uint32_t y) { return (x == from ? into : x) == (y == from ? into : y); };
+            return rules_[a].piece == rules_[b].piece && equal(rules_[a].symbol, rules_[b].symbol) &&
+                   std::ranges::equal(rules_[a].children, rules_[b].children, equal);
+        };
+        double shorter = 1;
+        for (auto rule = touched_.begin(); rule != touched_.end(); ++rule)
+            if (std::any_of(touched_.begin(), rule, [&](std::uint32_t earlier) { return same(earlier, *rule); }))
+                shorter += static_cast<double>(tokens_[*rule].size());
+        return shorter;
+    }
+
+    const std::vector<DraftRule>& rules_;
+    double weight_;
+    std::vector<Tokens> tokens_;                       ///< Of each rule.
+    std::vector<std::vector<std::uint32_t>> rulesOf_;  ///< Of each symbol.
+    std::vector<std::vector<std::uint32_t>> mentions_; ///< Rules in which a symbol stands, ascending.
+    std::vector<std::uint32_t> touched_;               ///< Scratch.
+    std::vector<std::uint32_t> row_;                   ///< Scratch.
+};
 
 } // namespace
 
@@ -402,12 +448,13 @@ Expected<void> generalizeByMerging(InferenceContext& context)
                 symbols.push_back(rule.symbol);
         // Ties go to the pair that comes first in symbol order.
         Merge best;
+        MergeCosts costOfMerging(context.draft, library, weight);
         for (std::size_t i = 0; i < symbols.size(); ++i)
         {
             if (context.options.progress.wantsStop())
                 return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
             for (std::size_t j = i + 1; j < symbols.size(); ++j)
-                if (const double cost = mergeCost(context.draft, library, symbols[i], symbols[j], weight); cost < best.cost)
+                if (const double cost = costOfMerging(symbols[i], symbols[j], best.cost); cost < best.cost)
                     best = {symbols[i], symbols[j], cost};
         }
         if (best.from == 0) // no merge has a cost below 0

@@ -87,10 +87,16 @@ Expected<void> classKin(InferenceContext& context)
     const auto coarseness = [&](double dial) {
         return levels[static_cast<std::size_t>(std::round(dial * static_cast<double>(levels.size() - 1)))];
     };
-    auto trial = options.ruleWeight ? nursery.calibrate(coarseness(*options.ruleWeight)) : nursery.chooseLevel();
-    // The dial turns the weight on the level that suits the tree, so that it moves one thing only.
-    if (trial && options.mergeWeight)
-        trial = nursery.tryOut(std::move(trial->classes), *options.mergeWeight);
+    Expected<KinTrial> trial;
+    if (options.ruleWeight && options.mergeWeight)
+        trial = nursery.tryOut(coarseness(*options.ruleWeight), *options.mergeWeight);
+    else
+    {
+        trial = options.ruleWeight ? nursery.calibrate(coarseness(*options.ruleWeight)) : nursery.chooseLevel();
+        // The dial turns the weight on the level that suits the tree, so that it moves one thing only.
+        if (trial && options.mergeWeight)
+            trial = nursery.tryOut(std::move(trial->classes), *options.mergeWeight);
+    }
     if (!trial)
         return tl::make_unexpected(trial.error());
     KinTrial& chosen = *trial;

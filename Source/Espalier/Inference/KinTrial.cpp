@@ -11,7 +11,11 @@ namespace espalier {
 
 namespace {
 
-constexpr Seed kTrialSeed{0x6b696e2070696c6f}; ///< First of the seeds of trials, away from the small numbers that people use.
+/// Seeds of trials, away from the small numbers that people use.
+Seed trialSeed(std::uint32_t trial)
+{
+    return Seed{0x6b696e2070696c6fu + trial};
+}
 
 constexpr double kWantedDifference = 0.30; ///< Between relatives: nearer looks like a copy, farther like a stranger.
 constexpr double kLeastDifference = 0.28;
@@ -196,23 +200,13 @@ Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
 
     GrowScratch scratch;
     std::vector<GrowthSample> samples;
-    std::vector<std::vector<std::uint64_t>> shapes;
-    const std::vector<std::uint32_t> labels = labelsOf(species);
     const auto trials = static_cast<std::uint32_t>(std::clamp(4e4 / std::max(1.0, instances_), 16.0, 400.0));
     for (std::uint32_t i = 0; i < trials; ++i)
     {
-        const Seed seed{kTrialSeed.value + i};
-        const auto sample = grower->sample(seed, 0, {}, scratch, 4 * mostSegments_);
+        const auto sample = grower->sample(trialSeed(i), 0, {}, scratch, 4 * mostSegments_);
         if (!sample)
             return tl::make_unexpected(sample.error());
         samples.push_back(*sample);
-        shapes.emplace_back();
-        if (!sample->whole)
-            continue;
-        ShapeSink sink(labels);
-        if (const auto done = grower->derive(seed, 0, {}, scratch, sink); !done)
-            return tl::make_unexpected(done.error());
-        shapes.back() = sink.grams();
     }
 
     KinTrial trial;
@@ -220,24 +214,34 @@ Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
     // Where nothing may change, the drawn trees themselves are what is wanted.
     trial.window = windowFor(samples, segments_, depth_, weight == 0 ? std::vector<std::uint64_t>{} : *drawn_);
     std::set<std::uint64_t> topologies;
-    std::vector<std::size_t> accepted;
-    for (std::size_t i = 0; i < samples.size(); ++i)
-        if (accepts(trial.window, samples[i]))
-        {
-            accepted.push_back(i);
-            topologies.insert(samples[i].topology);
-        }
-    if (accepted.empty())
+    std::vector<std::vector<std::uint64_t>> shapes; // of the accepted
+    const std::vector<std::uint32_t> labels = labelsOf(species);
+    for (std::uint32_t i = 0; i < samples.size(); ++i)
+    {
+        if (!accepts(trial.window, samples[i]))
+            continue;
+        topologies.insert(samples[i].topology);
+        ShapeSink sink(labels);
+        if (const auto done = grower->derive(trialSeed(i), 0, {}, scratch, sink); !done)
+            return tl::make_unexpected(done.error());
+        shapes.push_back(sink.grams());
+    }
+    if (shapes.empty())
         return trial;
-    trial.accepted = static_cast<double>(accepted.size()) / trials;
-    trial.distinct = static_cast<double>(topologies.size()) / static_cast<double>(accepted.size());
+    trial.accepted = static_cast<double>(shapes.size()) / trials;
+    trial.distinct = static_cast<double>(topologies.size()) / static_cast<double>(shapes.size());
     std::vector<double> distances;
     for (std::size_t step = 1; step <= 2; ++step) // each with its next and its next but one: enough pairs for a median
-        for (std::size_t i = step; i < accepted.size(); ++i)
-            distances.push_back(estimatedDistance(shapes[accepted[i - step]], shapes[accepted[i]]));
+        for (std::size_t i = step; i < shapes.size(); ++i)
+            distances.push_back(estimatedDistance(shapes[i - step], shapes[i]));
     std::ranges::sort(distances);
     trial.difference = distances.empty() ? 0 : distances[distances.size() / 2];
     return trial;
+}
+
+Expected<KinTrial> KinNursery::tryOut(const KinLevel& level, double weight) const
+{
+    return tryOut(classify(limbs_, level, segments_), weight);
 }
 
 Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const

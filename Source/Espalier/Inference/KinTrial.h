@@ -28,6 +28,7 @@ public:
 
     /// The trial of one choice.
     [[nodiscard]] Expected<KinTrial> tryOut(KinClasses classes, double weight) const;
+    [[nodiscard]] Expected<KinTrial> tryOut(const KinLevel& level, double weight) const;
 
     /// The smallest weight (to 0.01) at which the trees of a level differ as much as relatives should.
     [[nodiscard]] Expected<KinTrial> calibrate(const KinLevel& level) const;

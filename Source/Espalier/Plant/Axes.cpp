@@ -96,16 +96,23 @@ PipeModel suggestPipes(const Skeleton& skeleton)
     for (const std::uint32_t parent : skeleton.parents)
         if (parent != kNoSegment)
             carries[parent] = true;
-    std::vector<float> lengths;
+    std::vector<float> tipLengths;
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
         if (!carries[i] && skeleton.lengths[i] > 0)
-            lengths.push_back(skeleton.lengths[i]);
+            tipLengths.push_back(skeleton.lengths[i]);
     PipeModel pipes;
-    if (lengths.empty())
+    if (tipLengths.empty())
         return pipes;
-    std::ranges::sort(lengths);
-    const float radius = 0.03f * lengths[lengths.size() / 2];
-    pipes.tipRadius = std::clamp(std::round(radius * 1e4f) / 1e4f, 1e-4f, 1.0f);
+    std::ranges::sort(tipLengths);
+    pipes.tipRadius = std::clamp(std::round(0.03f * tipLengths[tipLengths.size() / 2] * 1e4f) / 1e4f, 1e-4f, 1.0f);
+
+    const double trunkRadius = 0.033 * static_cast<double>(skeleton.maxY - skeleton.minY);
+    const double widening = trunkRadius / static_cast<double>(pipes.tipRadius);
+    if (widening > 1 && tipLengths.size() > 1)
+    {
+        const double exponent = math::log(static_cast<double>(tipLengths.size())) / math::log(widening);
+        pipes.exponent = static_cast<float>(std::round(std::clamp(exponent, 1.8, 2.6) * 100) / 100);
+    }
     return pipes;
 }
 

@@ -12,7 +12,7 @@ struct Skeleton;
 struct PipeModel
 {
     float tipRadius = 0.008f;  ///< Metres, (0, 1]. The start radius of the last segment of a twig.
-    float exponent = 2.3f;     ///< [1, 4]. 2 keeps the cross section; larger makes trunks thinner.
+    float exponent = 2.0f;     ///< [1, 4]. 2 keeps the cross section (Leonardo); larger makes trunks thinner.
     float pipesPerMetre = 0.f; ///< [0, 1000]. Pipes that join along a shoot (its leaves), so that long shoots taper.
 
     friend bool operator==(const PipeModel&, const PipeModel&) = default;
@@ -25,8 +25,9 @@ struct PipeModel
 /// the first. At a tip, the end radius is half the start radius. Linear time; deterministic.
 void completeAxes(Skeleton& skeleton, const PipeModel& pipes);
 
-/// Pipes in proportion to a plant whose radii nobody has said anything about: the tip radius is 3 % of the median length of
-/// its last segments, rounded to a tenth of a millimetre, so that a plant of metres and one of centimetres both look right.
+/// Pipes in proportion to a plant whose radii nobody has said anything about, so that a plant of metres and one of centimetres
+/// both look right: the tip radius is 3 % of the median length of its last segments, rounded to a tenth of a millimetre, and the
+/// exponent the one in [1.8, 2.6] that brings the trunk nearest to a radius of 3.3 % of the height, as a grown oak has.
 [[nodiscard]] PipeModel suggestPipes(const Skeleton& skeleton);
 
 } // namespace espalier

@@ -18,10 +18,10 @@ constexpr float kPi = 3.14159265f;
 
 // Linear light. The sun gives a level white sheet about four times what the sky gives: a clear day with thin haze.
 constexpr Vec3 kSun{5.6f, 4.95f, 4.05f};        ///< Irradiance on a sheet that faces it.
-constexpr Vec3 kZenith{0.17f, 0.34f, 0.64f};    ///< Radiance overhead.
-constexpr Vec3 kHorizon{0.83f, 0.87f, 0.89f};   ///< Radiance of the haze.
+constexpr Vec3 kZenith{0.16f, 0.34f, 0.68f};    ///< Radiance overhead.
+constexpr Vec3 kHorizon{0.76f, 0.85f, 0.93f};   ///< Radiance of the haze.
 constexpr Vec3 kGlow{0.30f, 0.22f, 0.12f};      ///< Radiance added in the sun's direction.
-constexpr Vec3 kMeadow{0.135f, 0.152f, 0.082f}; ///< Albedo.
+constexpr Vec3 kMeadow{0.115f, 0.150f, 0.062f}; ///< Albedo.
 constexpr Vec3 kEarth{0.205f, 0.182f, 0.122f};
 
 /// Radiance of what a blocked sky ray meets, per unit of its albedo: mostly wood in half shade.
@@ -256,7 +256,7 @@ Vec3 PreviewScene::litColour(const Surface& surface, const LightSample& sample) 
 Vec3 PreviewScene::skyLight(Vec3 direction) const
 {
     const float down = 1 - std::clamp(direction.y, 0.0f, 1.0f);
-    const float haze = down * down * down;
+    const float haze = down * down * down * down;
     const float towardsSun = std::max(0.0f, glm::dot(direction, toSun_));
     const float squared = towardsSun * towardsSun;
     const float glow = squared * squared * squared;
@@ -279,7 +279,7 @@ float PreviewScene::groundHaze(Vec3 at) const
     const float x = (at.x - base_.x) / size_;
     const float z = (at.z - base_.z) / size_;
     const float squared = x * x + z * z;
-    constexpr float kReach = 4.6f; // times the size of the tree, to where half of the ground is left
+    constexpr float kReach = 7.0f; // times the size of the tree, to where half of the ground is left
     return squared / (squared + kReach * kReach);
 }
 

@@ -205,7 +205,14 @@ float tentOffset(float random)
     return random < 0.5f ? std::sqrt(2 * random) - 1 : 1 - std::sqrt(2 - 2 * random);
 }
 
-std::uint8_t srgbByte(float linear)
+/// Where between two bytes a value goes up: an ordered pattern (Bayer 1973) instead of a half, so that the sky shows no bands.
+double ditherAt(std::uint32_t x, std::uint32_t y)
+{
+    constexpr std::array<std::array<double, 4>, 4> kOrder{{{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}}};
+    return (kOrder[y % 4][x % 4] + 0.5) / 16;
+}
+
+std::uint8_t srgbByte(float linear, double dither)
 {
     // The filmic curve by Narkowicz ("ACES Filmic Tone Mapping Curve", 2015): soft shoulder, slightly deepened shadows.
     constexpr float kExposure = 0.92f;
@@ -213,7 +220,7 @@ std::uint8_t srgbByte(float linear)
     const float tone = std::clamp(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 0.0f, 1.0f);
     const auto t = static_cast<double>(tone);
     const double encoded = t <= 0.0031308 ? 12.92 * t : 1.055 * math::pow(t, 1 / 2.4) - 0.055;
-    return static_cast<std::uint8_t>(encoded * 255 + 0.5);
+    return static_cast<std::uint8_t>(std::min(encoded * 255 + dither, 255.0));
 }
 
 Vec3 pixelLight(const PreviewScene& scene, const Camera& camera, std::uint32_t x, std::uint32_t y,
@@ -250,7 +257,7 @@ void traceTile(const PreviewScene& scene, const Camera& camera, const RenderSett
             const Vec3 light = pixelLight(scene, camera, x, y, settings);
             std::uint8_t* pixel = picture.rgb.data() + 3 * (std::size_t{y} * picture.width + x);
             for (int channel = 0; channel < 3; ++channel)
-                pixel[channel] = srgbByte(light[channel]);
+                pixel[channel] = srgbByte(light[channel], ditherAt(x, y));
         }
 }
 

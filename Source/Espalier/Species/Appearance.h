@@ -8,7 +8,7 @@ namespace espalier {
 /// The skin of a species' wood. Colours are linear RGB in [0, 1].
 struct BarkAppearance
 {
-    Vec3 colour{0.20f, 0.145f, 0.10f};
+    Vec3 colour{0.185f, 0.148f, 0.115f};
     float roughness = 0.9f; ///< [0, 1], as in glTF.
     float tile = 0.5f;      ///< Metres of bark that one repeat of the texture shows. (0, 100]
 

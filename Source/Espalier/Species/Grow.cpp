@@ -125,15 +125,19 @@ Expected<std::uint32_t> Grower::acceptedAttempt(Seed seed, const GrowOptions& op
 {
     if (options.attempt || !window_)
         return options.attempt.value_or(0);
-    // An attempt that outgrows the nearest so far by far cannot be the nearest: leave it early.
+    // How far an attempt outgrows the window by more than this is not worth finding out.
     const std::uint32_t most = window_->maxSegments < 0x40000000u ? 2 * window_->maxSegments : 0xffffffffu;
     std::uint32_t nearest = 0;
     double least = 1e300;
-    for (std::uint32_t attempt = 0; attempt < window_->attempts; ++attempt)
+    // A hostile species may ask for many attempts that each use up the budget.
+    const std::uint64_t mostWork = 4 * (std::uint64_t{options.budget.productions} + options.budget.modules);
+    std::uint64_t work = 0;
+    for (std::uint32_t attempt = 0; attempt < window_->attempts && work < mostWork; ++attempt)
     {
         const auto grown = sample(seed, attempt, options, scratch, most);
         if (!grown)
             return tl::make_unexpected(grown.error());
+        work += scratch.derivation.work;
         const bool copy = std::ranges::find(window_->copies, grown->topology) != window_->copies.end();
         const double distance = excess(grown->segments, window_->minSegments, window_->maxSegments) *
                                 excess(grown->depth, window_->minDepth, window_->maxDepth);
@@ -141,7 +145,7 @@ Expected<std::uint32_t> Grower::acceptedAttempt(Seed seed, const GrowOptions& op
             return attempt;
         // A copy is of the kind, only not new: better than anything outside the window, worse than anything inside.
         const double rank = copy ? 1.0 : distance;
-        if (rank < least && (grown->whole || least == 1e300))
+        if (grown->whole && rank < least)
         {
             least = rank;
             nearest = attempt;

@@ -15,7 +15,7 @@ namespace espalier {
 /// How one tree is grown. The same species, seed and options give the same bits.
 struct GrowOptions
 {
-    DerivationBudget budget{.productions = 1u << 20, .depth = 1024, .modules = 4u << 20};
+    DerivationBudget budget{.productions = 1u << 20, .depth = 1u << 16, .modules = 4u << 20};
     Limits limits{};
     std::optional<std::uint32_t> attempt{}; ///< Take this attempt whether it fits the window or not (while a designer edits).
 };

@@ -13,7 +13,8 @@
 namespace espalier {
 
 /// Which derivations of the grammar are trees of this kind: neither too small nor too large, nor a copy of the one that was
-/// drawn. The first of `attempts` attempts that fits is taken, else the nearest; so a seed always gives a tree.
+/// drawn. The first of `attempts` attempts that fits is taken, else the nearest of those that are at most twice too large; so a
+/// seed always gives a tree. Attempts end early when they have used up the budget of four trees together.
 struct GrowthWindow
 {
     std::uint32_t minSegments = 0;

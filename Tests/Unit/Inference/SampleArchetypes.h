@@ -21,14 +21,15 @@ inline Archetype bush()
 
 inline TemplateLibrary mixedLibrary()
 {
-    return parseTemplates("fork: F[-FX]+FY\nside: F[&F(0.5)X]F(0.8)Y\nwhorl: F[+FX]/(120)[+(30)FY]/(120)[+FZ]\nshoot: FFX\n"
-                          "turn: -(10)F+FX\ntwig: F(0.4)[^F(0.2)]\nbud: F(0.2)\nopen: XY\n",
-                          "mixed.templates", {})
+    return parseTemplates(
+               "fork: F[-FX]+FY\nside: F[&F(0.5)X]F(0.8)Y\nwhorl: F[+FX]/(120)[+(30)FY]/(120)[+FZ]\nshoot: FFX\n"
+               "turn: -(10)F+FX\ntwig: F(0.4)[^F(0.2)]\nbud: F(0.2)\nopen: XY\n",
+               "mixed.templates", {})
         .value();
 }
 
-/// Grown at random over mixedLibrary(): each further instance hangs at a random open anchor of its tree. Transforms repeat, so
-/// that some subtrees are equal.
+/// Grown at random over mixedLibrary(): each further instance hangs at a random open anchor of its tree. Transforms
+/// repeat, so that some subtrees are equal.
 inline Archetype randomArchetype(Seed seed, std::uint32_t instances, std::uint32_t trees = 1)
 {
     Archetype archetype;

@@ -71,21 +71,29 @@ TEST(SpeciesFile, SaysWhatIsWrongAndWhere)
         {"{}", "1:1: the key \"espalier\" is missing"},
         {"{\"espalier\": \"species\", \"version\": 1}", "1:1: the key \"grammar\" is missing"},
         {"{\"espalier\": \"archetype\", \"version\": 1, \"grammar\": []}", "1:14: this is the file of a archetype"},
-        {"{\"espalier\": \"species\", \"version\": 2, \"grammar\": []}", "1:36: the file has version 2 of the species format; expected version 1; "
-                                                                        "open it with a newer Espalier"},
-        {"{\"espalier\": \"species\", \"version\": 0, \"grammar\": []}", "1:36: the file has version 0 of the species format"},
-        {"{\"espalier\": \"species\", \"version\": \"1\", \"grammar\": []}", "1:36: version is the string \"1\"; expected a whole number"},
+        {"{\"espalier\": \"species\", \"version\": 2, \"grammar\": []}",
+         "1:36: the file has version 2 of the species format; expected version 1; "
+         "open it with a newer Espalier"},
+        {"{\"espalier\": \"species\", \"version\": 0, \"grammar\": []}",
+         "1:36: the file has version 0 of the species format"},
+        {"{\"espalier\": \"species\", \"version\": \"1\", \"grammar\": []}",
+         "1:36: version is the string \"1\"; expected a whole number"},
         {fileWith(", \"grammar\": []"), "1:64: the key \"grammar\" stands here a second time"},
-        {fileWith(", \"leaves\": {}"), "1:64: a species has the unknown key \"leaves\"; expected only espalier, version, name"},
+        {fileWith(", \"leaves\": {}"),
+         "1:64: a species has the unknown key \"leaves\"; expected only espalier, version, name"},
         {fileWith(", \"name\": 7"), "1:72: name is 7; expected a string"},
         {fileWith(", \"name\": null"), "1:72: name is null; expected a string"},
         {fileWith(", \"tables\": []"), "1:74: tables is an array; expected an object"},
         {fileWith(", \"tables\": {\"t\": {}}"), "1:80: the table t has no row; expected at least one row"},
-        {fileWith(", \"tables\": {\"t\": {\"rows\": [[1, 2, 3]]}}"), "1:90: a row has 3 numbers; expected [scaling, rotation"},
-        {fileWith(", \"tables\": {\"t\": {\"rows\": [[-1, 2, 3, 4]]}}"), "1:91: a scaling is -1; expected a number from 0"},
+        {fileWith(", \"tables\": {\"t\": {\"rows\": [[1, 2, 3]]}}"),
+         "1:90: a row has 3 numbers; expected [scaling, rotation"},
+        {fileWith(", \"tables\": {\"t\": {\"rows\": [[-1, 2, 3, 4]]}}"),
+         "1:91: a scaling is -1; expected a number from 0"},
         {fileWith(", \"tables\": {\"t\": {\"rows\": [[1e400, 2, 3, 4]]}}"), "1:91: 1e400 is too large for a number"},
-        {fileWith(", \"tables\": {\"t\": {\"rows\": [[1, 3601, 3, 4]]}}"), "1:94: an angle is 3601; expected a number from -3600 to 3600"},
-        {fileWith(", \"tables\": {\"t\": {\"spread\": [0.5, 0, 0, 0], \"rows\": [[1, 2, 3, 4]]}}"), "1:92: a scaling is 0.5"},
+        {fileWith(", \"tables\": {\"t\": {\"rows\": [[1, 3601, 3, 4]]}}"),
+         "1:94: an angle is 3601; expected a number from -3600 to 3600"},
+        {fileWith(", \"tables\": {\"t\": {\"spread\": [0.5, 0, 0, 0], \"rows\": [[1, 2, 3, 4]]}}"),
+         "1:92: a scaling is 0.5"},
         {fileWith(", \"tables\": {\"t\": {\"row\": []}}"), "1:81: a table has the unknown key \"row\""},
         {fileWith(", \"window\": 5"), "1:74: window is 5; expected an object"},
         {fileWith(", \"window\": {\"segments\": [1]}"), "1:87: "},
@@ -94,17 +102,21 @@ TEST(SpeciesFile, SaysWhatIsWrongAndWhere)
         {fileWith(", \"window\": {\"attempts\": 0}"), "1:87: attempts is 0; expected a whole number from 1 to 1024"},
         {fileWith(", \"window\": {\"attempts\": 1025}"), "1:87: attempts is 1025"},
         {fileWith(", \"window\": {\"copies\": [7]}"), "1:86: a topology hash is 7; expected a string"},
-        {fileWith(", \"window\": {\"copies\": [\"xyz\"]}"), "1:86: this is no hash; expected 16 lower-case hexadecimal digits"},
+        {fileWith(", \"window\": {\"copies\": [\"xyz\"]}"),
+         "1:86: this is no hash; expected 16 lower-case hexadecimal digits"},
         {fileWith(", \"window\": {\"copies\": [\"00000000DEADBEEF\"]}"), "1:86: this is no hash"},
         {fileWith(", \"appearance\": {\"bark\": {\"colour\": [1, 1]}}"), "1:98: the colour has 2 components"},
         {fileWith(", \"appearance\": {\"bark\": {\"colour\": [1, 1, 2]}}"), "1:105: a colour component is 2"},
         {fileWith(", \"appearance\": {\"bark\": {\"tile\": 0}}"), "1:96: tile is 0"},
-        {fileWith(", \"appearance\": {\"pipes\": {\"exponent\": 5}}"), "1:101: exponent is 5; expected a number from 1 to 4"},
+        {fileWith(", \"appearance\": {\"pipes\": {\"exponent\": 5}}"),
+         "1:101: exponent is 5; expected a number from 1 to 4"},
         {fileWith(", \"appearance\": {\"wood\": 1}"), "1:79: appearance has the unknown key \"wood\""},
         {fileWith(", \"provenance\": {\"mergeWeight\": 2}"), "1:94: mergeWeight is 2; expected a number from 0 to 1"},
-        {fileWith(", \"provenance\": {\"exemplarSegments\": 1.5}"), "1:99: exemplarSegments is 1.5; expected a whole number"},
+        {fileWith(", \"provenance\": {\"exemplarSegments\": 1.5}"),
+         "1:99: exemplarSegments is 1.5; expected a whole number"},
         {fileWith("") + "x", "1:63: unexpected 'x'; expected the end of the file"},
-        {std::string(100, '['), "1:65: objects and arrays are nested too deeply; expected at most 64 levels (limit jsonDepth)"},
+        {std::string(100, '['),
+         "1:65: objects and arrays are nested too deeply; expected at most 64 levels (limit jsonDepth)"},
     };
     for (const Case& c : cases)
         EXPECT_EQ(errorOf(c.text).substr(0, c.message.size()), c.message) << c.text;
@@ -122,16 +134,19 @@ TEST(SpeciesFile, PlacesErrorsOfTheGrammarInsideItsLines)
         {R"text("A -> F(1")text", "3:"},
         {R"text("A -> F ]")text", "3:"},
         {R"text("A < B -> F")text", "3:"},
-        {R"text("A -> F(s) : ~ t")text", "3:3: "},       // no such table: the line is known, the column is not
+        {R"text("A -> F(s) : ~ t")text", "3:3: "}, // no such table: the line is known, the column is not
         {R"text("A -> F(s) : ~ t(1/0)")text", "3:"},
-        {R"text("A -> F\nB -> F")text", "3:3: a line of the grammar holds a line break; expected one string for each line"},
+        {R"text("A -> F\nB -> F")text",
+         "3:3: a line of the grammar holds a line break; expected one string for each line"},
         {"7", "3:3: a line of the grammar is 7; expected a string"},
     };
     for (const Case& c : cases)
         EXPECT_EQ(errorOf(head + c.line + "]}").substr(0, c.message.size()), c.message) << c.line;
 
-    EXPECT_EQ(errorOf("{\"espalier\": \"species\", \"version\": 1, \"grammar\": \"axiom: F\"}").substr(0, 13), "1:50: grammar");
-    EXPECT_EQ(errorOf("{\"espalier\": \"species\", \"version\": 1,\n\"grammar\": []}").substr(0, 6), "2:12: ") << "no axiom";
+    EXPECT_EQ(errorOf("{\"espalier\": \"species\", \"version\": 1, \"grammar\": \"axiom: F\"}").substr(0, 13),
+              "1:50: grammar");
+    EXPECT_EQ(errorOf("{\"espalier\": \"species\", \"version\": 1,\n\"grammar\": []}").substr(0, 6), "2:12: ")
+        << "no axiom";
 }
 
 TEST(SpeciesFile, ReadsDosLineEndsAndDropsAByteOrderMarkOfAFile)
@@ -170,10 +185,10 @@ TEST(SpeciesFile, ReadsBackWhatItPrints)
 
 TEST(SpeciesFile, ReadsBackWhatIsInferredAndGrowsTheSame)
 {
-    for (std::uint32_t seed = 0; seed < 20; ++seed)
+    for (std::uint32_t seed = 0; seed < 10; ++seed)
         for (const std::string_view preset : inferencePresets())
         {
-            const Archetype archetype = samples::randomArchetype(Seed{seed}, 1 + 2 * seed, 1 + seed % 3);
+            const Archetype archetype = samples::randomArchetype(Seed{seed}, 1 + 3 * seed, 1 + seed % 3);
             const auto species = inferSpecies({&archetype, 1}, {.preset = std::string(preset)});
             ASSERT_TRUE(species) << toString(species.error());
             const auto again = parseSpecies(printSpecies(*species), "again");

@@ -1,0 +1,196 @@
+#include <Espalier/Archetype/Placement.h>
+#include <Espalier/Inference/Inference.h>
+#include <Espalier/Inference/KinGrammar.h>
+#include <Espalier/Plant/Measure.h>
+#include <Espalier/Species/Grow.h>
+#include <Inference/SampleArchetypes.h>
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+#include <set>
+
+namespace espalier {
+
+namespace {
+
+Species inferred(const Archetype& archetype, const InferenceOptions& options = {})
+{
+    auto species = inferSpecies({&archetype, 1}, options);
+    if (!species)
+        ADD_FAILURE() << toString(species.error());
+    return species.value();
+}
+
+/// The grammar of one choice, without trials and without a window.
+Species speciesOf(const Archetype& archetype, const KinLevel& level, double weight)
+{
+    const LimbTable limbs = shareLimbs(archetype, anchorsOf(archetype), segmentsDrawn(archetype.library));
+    double segments = 0;
+    for (const std::uint32_t root : limbs.roots)
+        segments += limbs.limbs[root].segments;
+    KinClasses classes = classify(limbs, level, segments / static_cast<double>(limbs.roots.size()));
+    classes.weight = weight;
+    Species species;
+    writeKinGrammar(archetype.library, limbs, classes, species);
+    return species;
+}
+
+/// A skeleton without what says where its segments came from: growing names productions, drawing instances.
+Skeleton anonymous(Skeleton skeleton)
+{
+    for (SkeletonInstance& record : skeleton.instanceRecords)
+        record.production = record.row = 0;
+    return skeleton;
+}
+
+std::vector<Skeleton> drawn(const Archetype& archetype, const PipeModel& pipes)
+{
+    std::vector<Skeleton> trees;
+    for (std::size_t tree = 0; tree < anchorsOf(archetype).roots.size(); ++tree)
+    {
+        trees.push_back(drawArchetype(archetype, tree).value());
+        completeAxes(trees.back(), pipes);
+        trees.back() = anonymous(std::move(trees.back()));
+    }
+    return trees;
+}
+
+} // namespace
+
+TEST(Kin, GivesTheArchetypeBackAtWeightZero)
+{
+    const auto expectBack = [](const Archetype& archetype, const std::string& which,
+                               std::optional<double> ruleWeight = {}) {
+        const Species species = inferred(archetype, {.mergeWeight = 0.0, .ruleWeight = ruleWeight});
+        const std::vector<Skeleton> trees = drawn(archetype, species.appearance.pipes);
+        for (const std::uint64_t seed : {std::uint64_t{0}, std::uint64_t{1}, std::uint64_t{2}, ~std::uint64_t{0}})
+        {
+            const Skeleton grown = anonymous(grow(species, Seed{seed}).value());
+            EXPECT_NE(std::ranges::find(trees, grown), trees.end()) << which << ", seed " << seed;
+        }
+    };
+    expectBack(samples::thesis(), "the thesis' tree");
+    expectBack(samples::bush(), "the bush");
+    for (std::uint32_t seed = 0; seed < 12; ++seed)
+        expectBack(samples::randomArchetype(Seed{seed}, seed < 3 ? seed + 1 : 27 * seed, 1 + seed % 3),
+                   "archetype " + std::to_string(seed), seed / 11.0);
+}
+
+TEST(Kin, GrowsEachOfSeveralDrawnTrees)
+{
+    Archetype archetype = samples::thesis();
+    const std::size_t count = archetype.instances.size();
+    for (std::uint32_t tree = 1; tree < 3; ++tree)
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            TemplateInstance instance = archetype.instances[i];
+            instance.transform.branchingAngle += tree;
+            if (instance.parent != kNoInstance)
+                instance.parent += static_cast<std::uint32_t>(tree * count);
+            archetype.instances.push_back(instance);
+        }
+    const Species species = inferred(archetype, {.mergeWeight = 0.0});
+    const std::vector<Skeleton> trees = drawn(archetype, species.appearance.pipes);
+    std::vector<std::uint32_t> met(trees.size(), 0);
+    for (std::uint64_t seed = 0; seed < 60; ++seed)
+    {
+        const auto tree = std::ranges::find(trees, anonymous(grow(species, Seed{seed}).value()));
+        ASSERT_NE(tree, trees.end()) << "seed " << seed;
+        ++met[static_cast<std::size_t>(tree - trees.begin())];
+    }
+    for (const std::uint32_t times : met)
+        EXPECT_GT(times, 8u);
+}
+
+TEST(Kin, ExpectsEachDrawnInstanceOnceAtEveryWeightAndLevel)
+{
+    struct Case
+    {
+        std::string name;
+        Archetype archetype;
+        std::uint32_t seeds;
+    };
+    const Case cases[] = {{"thesis", samples::thesis(), 20000},
+                          {"random 30", samples::randomArchetype(Seed{3}, 30), 3000},
+                          {"random 2 x 40", samples::randomArchetype(Seed{4}, 40, 2), 3000}};
+    for (const Case& c : cases)
+    {
+        double exemplar = 0;
+        const std::vector<Skeleton> trees = drawn(c.archetype, {});
+        for (const Skeleton& tree : trees)
+            exemplar += tree.size() / static_cast<double>(trees.size());
+        for (std::size_t level = 0; level < kinLevels().size(); ++level)
+            for (const double weight : {0.3, 0.7, 1.0})
+            {
+                const Grower grower = Grower::make(speciesOf(c.archetype, kinLevels()[level], weight)).value();
+                GrowScratch scratch;
+                double sum = 0;
+                double squares = 0;
+                for (std::uint64_t seed = 0; seed < c.seeds; ++seed)
+                {
+                    const double segments = grower.sample(Seed{seed}, 0, {}, scratch).value().segments;
+                    sum += segments;
+                    squares += segments * segments;
+                }
+                const double mean = sum / c.seeds;
+                const double error = std::sqrt((squares / c.seeds - mean * mean) / c.seeds);
+                EXPECT_LE(std::abs(mean - exemplar), 5 * error + 1e-9)
+                    << c.name << ", level " << level << ", w = " << weight << ": mean " << mean << " +- " << error
+                    << ", drawn " << exemplar;
+            }
+    }
+}
+
+TEST(Kin, GrowsTheSameFromItsGrammarsText)
+{
+    for (const double ruleWeight : {0.0, 1.0 / 3, 1.0})
+    {
+        const Species species = inferred(samples::bush(), {.mergeWeight = 0.7, .ruleWeight = ruleWeight});
+        Species reread = species;
+        const auto grammar = parseGrammar(printGrammar(species.grammar), "printed", {});
+        ASSERT_TRUE(grammar) << toString(grammar.error());
+        reread.grammar = *grammar;
+        EXPECT_EQ(reread, species);
+        for (std::uint64_t seed = 0; seed < 10; ++seed)
+            EXPECT_EQ(grow(reread, Seed{seed}).value(), grow(species, Seed{seed}).value()) << "seed " << seed;
+    }
+}
+
+TEST(Kin, GrowsRelativesOfTheThesisTree)
+{
+    constexpr std::uint32_t kSeeds = 2000;
+    constexpr double kExemplar = 55;
+    const Species species = inferred(samples::thesis());
+    const Grower grower = Grower::make(species).value();
+    GrowScratch scratch;
+    Skeleton skeleton;
+    double sum = 0;
+    std::uint32_t within = 0;
+    std::set<std::pair<std::uint32_t, double>> different;
+    for (std::uint64_t seed = 0; seed < kSeeds; ++seed)
+    {
+        ASSERT_TRUE(grower.grow(Seed{seed}, {}, scratch, skeleton));
+        const SkeletonFacts facts = measure(skeleton);
+        EXPECT_GE(facts.segments, 0.1 * kExemplar) << "seed " << seed;
+        sum += facts.segments;
+        within += facts.segments >= 0.5 * kExemplar && facts.segments <= 1.5 * kExemplar ? 1 : 0;
+        different.emplace(facts.segments, facts.totalLength);
+    }
+    EXPECT_NEAR(sum / kSeeds / kExemplar, 1, 0.15);
+    EXPECT_GE(within, 0.75 * kSeeds);
+    EXPECT_GE(static_cast<double>(different.size()), 0.6 * kSeeds);
+    RecordProperty("mean", std::to_string(sum / kSeeds));
+    RecordProperty("within", std::to_string(within));
+    RecordProperty("different", std::to_string(different.size()));
+}
+
+TEST(Kin, InfersFromDeepChainsAndLargeTrees)
+{
+    for (const Archetype& archetype : {samples::chain(5000), samples::randomArchetype(Seed{1}, 20000)})
+    {
+        const Species species = inferred(archetype, {.mergeWeight = 0.0, .ruleWeight = 0.0});
+        EXPECT_EQ(anonymous(grow(species, Seed{1}).value()), drawn(archetype, species.appearance.pipes)[0]);
+    }
+}
+
+} // namespace espalier

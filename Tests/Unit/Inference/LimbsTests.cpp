@@ -1,0 +1,150 @@
+#include <Espalier/Inference/Limbs.h>
+
+#include <Inference/SampleArchetypes.h>
+#include <gtest/gtest.h>
+#include <numeric>
+#include <tuple>
+
+namespace espalier {
+
+namespace {
+
+/// Whether two branches of an archetype are equal, compared all the way up.
+bool equalBranches(const Archetype& archetype, const AnchorTable& anchors, std::uint32_t a, std::uint32_t b)
+{
+    if (a == kNoInstance || b == kNoInstance)
+        return a == b;
+    const TemplateInstance& first = archetype.instances[a];
+    const TemplateInstance& second = archetype.instances[b];
+    if (first.piece != second.piece || !(first.transform == second.transform))
+        return false;
+    for (std::uint32_t i = 0; i < archetype.library.templates[first.piece].anchors.size(); ++i)
+        if (!equalBranches(archetype, anchors, anchors.children[anchors.firstChild[a] + i],
+                           anchors.children[anchors.firstChild[b] + i]))
+            return false;
+    return true;
+}
+
+/// Whether a limb describes a branch.
+bool describes(const LimbTable& table, std::uint32_t limb, const Archetype& archetype, const AnchorTable& anchors,
+               std::uint32_t instance)
+{
+    if (limb == kNoInstance || instance == kNoInstance)
+        return limb == instance;
+    const Limb& found = table.limbs[limb];
+    if (found.piece != archetype.instances[instance].piece ||
+        !(found.transform == archetype.instances[instance].transform))
+        return false;
+    for (std::uint32_t i = 0; i < archetype.library.templates[found.piece].anchors.size(); ++i)
+        if (!describes(table, table.children[found.firstChild + i], archetype, anchors,
+                       anchors.children[anchors.firstChild[instance] + i]))
+            return false;
+    return true;
+}
+
+/// floor(log_base(value)) without logarithms.
+int bandOf(double value, double base)
+{
+    if (base == 0)
+        return 0;
+    int band = 0;
+    for (; value >= base; value /= base)
+        ++band;
+    for (; value < 1; value *= base)
+        --band;
+    return band;
+}
+
+} // namespace
+
+TEST(Limbs, AreTheDistinctBranches)
+{
+    for (std::uint32_t seed = 0; seed < 40; ++seed)
+    {
+        const Archetype archetype = samples::randomArchetype(Seed{seed}, 1 + 3 * seed, 1 + seed % 3);
+        const AnchorTable anchors = anchorsOf(archetype);
+        const LimbTable table = shareLimbs(archetype, anchors, segmentsDrawn(archetype.library));
+
+        std::vector<std::uint32_t>
+            firsts; // one instance of each distinct branch, in the order of their first occurrence
+        std::vector<std::uint32_t> counts;
+        for (std::uint32_t i = 0; i < archetype.instances.size(); ++i)
+        {
+            std::size_t same = 0;
+            while (same < firsts.size() && !equalBranches(archetype, anchors, firsts[same], i))
+                ++same;
+            if (same == firsts.size())
+            {
+                firsts.push_back(i);
+                counts.push_back(0);
+            }
+            ++counts[same];
+        }
+        ASSERT_EQ(table.limbs.size(), firsts.size()) << "seed " << seed;
+        for (std::uint32_t limb = 0; limb < firsts.size(); ++limb)
+        {
+            EXPECT_EQ(table.limbs[limb].count, counts[limb]) << "seed " << seed << " limb " << limb;
+            EXPECT_TRUE(describes(table, limb, archetype, anchors, firsts[limb]))
+                << "seed " << seed << " limb " << limb;
+        }
+        ASSERT_EQ(table.roots.size(), anchors.roots.size());
+        for (std::size_t tree = 0; tree < table.roots.size(); ++tree)
+            EXPECT_TRUE(describes(table, table.roots[tree], archetype, anchors, anchors.roots[tree]));
+    }
+}
+
+TEST(Limbs, KnowTheirSizeAndHeight)
+{
+    const Archetype archetype = samples::thesis();
+    const LimbTable table = shareLimbs(archetype, anchorsOf(archetype), segmentsDrawn(archetype.library));
+    EXPECT_EQ(table.limbs[table.roots[0]].segments, 55u);
+    EXPECT_EQ(table.limbs[table.roots[0]].height, 6u);
+    EXPECT_EQ(std::accumulate(table.limbs.begin(), table.limbs.end(), 0u,
+                              [](std::uint32_t sum, const Limb& limb) { return sum + limb.count; }),
+              17u);
+
+    const Archetype chain = samples::chain(5000);
+    const LimbTable links = shareLimbs(chain, anchorsOf(chain), segmentsDrawn(chain.library));
+    EXPECT_EQ(links.limbs.size(), 5000u);
+    EXPECT_EQ(links.limbs[0].segments, 10000u);
+    EXPECT_EQ(links.limbs[0].height, 5000u);
+}
+
+TEST(Limbs, ClassByTemplateSizeAndHeight)
+{
+    for (std::uint32_t seed = 0; seed < 20; ++seed)
+    {
+        const Archetype archetype = seed == 0 ? samples::chain(600) : samples::randomArchetype(Seed{seed}, 10 * seed);
+        const LimbTable table = shareLimbs(archetype, anchorsOf(archetype), segmentsDrawn(archetype.library));
+        const double total = table.limbs[table.roots[0]].segments;
+        for (const KinLevel& level : kinLevels())
+        {
+            const KinClasses classes = classify(table, level, total);
+            const auto keyOf = [&](std::uint32_t i) {
+                const Limb& limb = table.limbs[i];
+                return std::tuple(
+                    limb.piece,
+                    bandOf(0.999 * std::max(0.5, static_cast<double>(limb.segments)) / total, level.sizeBase),
+                    bandOf(limb.height, level.heightBase));
+            };
+            std::uint32_t members = 0;
+            for (std::uint32_t c = 0; c < classes.kin.size(); ++c)
+            {
+                std::uint32_t occurrences = 0;
+                for (const std::uint32_t limb : classes.kin[c])
+                {
+                    EXPECT_EQ(classes.classOf[limb], c);
+                    EXPECT_EQ(keyOf(limb), keyOf(classes.kin[c][0])) << "seed " << seed << " limb " << limb;
+                    occurrences += table.limbs[limb].count;
+                    ++members;
+                }
+                EXPECT_EQ(classes.occurrences[c], occurrences);
+                for (std::uint32_t other = 0; other < c; ++other)
+                    EXPECT_NE(keyOf(classes.kin[c][0]), keyOf(classes.kin[other][0])) << "seed " << seed;
+            }
+            EXPECT_EQ(members, table.limbs.size());
+        }
+    }
+}
+
+} // namespace espalier
