@@ -112,7 +112,7 @@ fuzz()
     local found=Build/fuzz/Corpus/$1 kept=Tests/Fuzz/Corpus/$1 log=Build/fuzz/$1.log seeds=(Content Templates)
     mkdir -p "$found"
     [ -d "$kept" ] && seeds+=("$kept")
-    if Build/fuzz/bin/Fuzz/"$1" "$found" "${seeds[@]}" -max_total_time=30 -timeout=5 -rss_limit_mb=2048 \
+    if Build/fuzz/bin/Fuzz/"$1" "$found" "${seeds[@]}" -max_total_time=30 -timeout=2 -rss_limit_mb=512 \
         -max_len=65536 -artifact_prefix="Build/fuzz/$1-" > "$log" 2>&1; then
         passed=$((passed + 1))
         tail -n 1 "$log"

@@ -35,7 +35,12 @@ BENCHMARK_CAPTURE(infer, thesis_kin, "thesis", "kin")->Unit(benchmark::kMillisec
 BENCHMARK_CAPTURE(infer, thesis_helberg, "thesis", "helberg")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(infer, oak_kin, "oak", "kin")->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(infer, oak_helberg, "oak", "helberg")->Unit(benchmark::kMillisecond);
-BENCHMARK(inferRules)->RangeMultiplier(10)->Range(1000, 100000)->Unit(benchmark::kMillisecond)->Complexity();
+BENCHMARK(inferRules)
+    ->RangeMultiplier(10)
+    ->Range(1000, 100000)
+    ->Iterations(1)
+    ->Unit(benchmark::kMillisecond)
+    ->Complexity();
 
 } // namespace
 

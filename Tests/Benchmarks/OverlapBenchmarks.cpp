@@ -69,7 +69,8 @@ void touchingPairs(benchmark::State& state, const std::string& name, decltype(&v
 }
 
 BENCHMARK_CAPTURE(overlaps, oak, "oak", findOverlaps)->Unit(benchmark::kMillisecond);
-BENCHMARK_CAPTURE(overlaps, oak_by_brute_force, "oak", findOverlapsBruteForce)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(overlaps, bush, "bush", findOverlaps)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(overlaps, bush_by_brute_force, "bush", findOverlapsBruteForce)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(overlaps, random10000, "10000", findOverlaps)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(touchingPairs, random10000, "10000", visitTouchingPairs)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(touchingPairs, random10000_by_tree, "10000", visitTouchingPairsByTree)->Unit(benchmark::kMillisecond);
