@@ -110,9 +110,9 @@ TEST(Kin, ExpectsEachDrawnInstanceOnceAtEveryWeightAndLevel)
         Archetype archetype;
         std::uint32_t seeds;
     };
-    const Case cases[] = {{"thesis", samples::thesis(), 20000},
-                          {"random 30", samples::randomArchetype(Seed{3}, 30), 3000},
-                          {"random 2 x 40", samples::randomArchetype(Seed{4}, 40, 2), 3000}};
+    const Case cases[] = {{"thesis", samples::thesis(), 5000},
+                          {"random 30", samples::randomArchetype(Seed{3}, 30), 1500},
+                          {"random 2 x 40", samples::randomArchetype(Seed{4}, 40, 2), 1500}};
     for (const Case& c : cases)
     {
         double exemplar = 0;
