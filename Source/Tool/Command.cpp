@@ -23,7 +23,8 @@ SeedRange parseSeeds(const std::string& text)
         std::uint64_t value = 0;
         const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
         if (digits.empty() || read.ec != std::errc{} || read.ptr != digits.data() + digits.size())
-            failUsage("--seed " + text + ": expected a number from 0 to 18446744073709551615, or a range such as 1..20");
+            failUsage("--seed " + text +
+                      ": expected a number from 0 to 18446744073709551615, or a range such as 1..20");
         return value;
     };
     SeedRange range;
@@ -54,7 +55,10 @@ InputKind kindOf(const std::filesystem::path& path)
 
 void TemplateFolders::addTo(CLI::App& verb)
 {
-    verb.add_option("--templates", folders, "Folders in which template libraries are looked up, after the archetype's own")->expected(1)->take_all();
+    verb.add_option("--templates", folders,
+                    "Folders in which template libraries are looked up, after the archetype's own")
+        ->expected(1)
+        ->take_all();
 }
 
 Archetype TemplateFolders::load(const std::filesystem::path& path) const

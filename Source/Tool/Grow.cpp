@@ -36,16 +36,20 @@ void growTrees(const GrowCommand& command)
     {
         info.seed = Seed{range.first + i};
         orFail(grower.grow(info.seed, {}, growScratch, skeleton));
-        meshOrFail(skeleton, species.appearance.bark, "seed " + std::to_string(info.seed.value), command.species, tubeScratch, mesh);
+        meshOrFail(skeleton, species.appearance.bark, "seed " + std::to_string(info.seed.value), command.species,
+                   tubeScratch, mesh);
         const std::filesystem::path path = numberedPath(command.output, info.seed.value, range.isRange);
         orFail(writeGlb(path, mesh, species.appearance, info));
         progress("growing", static_cast<double>(i + 1) / static_cast<double>(range.count()));
         if (command.json)
-            report.push_back({{"seed", info.seed.value}, {"file", path.string()}, {"segments", skeleton.size()},
-                              {"vertices", mesh.positions.size()}, {"triangles", mesh.indices.size() / 3}});
+            report.push_back({{"seed", info.seed.value},
+                              {"file", path.string()},
+                              {"segments", skeleton.size()},
+                              {"vertices", mesh.positions.size()},
+                              {"triangles", mesh.indices.size() / 3}});
         else
-            std::cout << path.string() << ": " << skeleton.size() << " segments, " << mesh.positions.size() << " vertices, "
-                      << mesh.indices.size() / 3 << " triangles\n";
+            std::cout << path.string() << ": " << skeleton.size() << " segments, " << mesh.positions.size()
+                      << " vertices, " << mesh.indices.size() / 3 << " triangles\n";
     }
     if (command.json)
         std::cout << (range.isRange ? report : report[0]).dump(2) << '\n';
@@ -58,7 +62,8 @@ void addGrow(CLI::App& app)
     const auto command = std::make_shared<GrowCommand>();
     CLI::App* verb = app.add_subcommand("grow", "Grow trees of a species and bake each to a GLB");
     verb->add_option("species", command->species, "S.species")->required();
-    verb->add_option("--seed", command->seeds, "A seed N, or a range A..B (writes out-A.glb ... out-B.glb)")->capture_default_str();
+    verb->add_option("--seed", command->seeds, "A seed N, or a range A..B (writes out-A.glb ... out-B.glb)")
+        ->capture_default_str();
     verb->add_option("-o,--output", command->output, "out.glb")->required();
     verb->add_flag("--json", command->json, "One JSON document with the files and their sizes");
     verb->callback([command] { growTrees(*command); });

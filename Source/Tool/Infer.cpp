@@ -61,10 +61,12 @@ void addInfer(CLI::App& app)
         ->check(CLI::IsMember(inferencePresets()))
         ->capture_default_str();
     verb->add_option("--merge-weight", options->mergeWeight,
-                     "0..1. kin: how freely kin are exchanged, 0 gives the archetype back; default: chosen for the tree. helberg: w_0, default 0.5")
+                     "0..1. kin: how freely kin are exchanged, 0 gives the archetype back; default: chosen for the "
+                     "tree. helberg: w_0, default 0.5")
         ->check(CLI::Range(0.0, 1.0));
-    verb->add_option("--rule-weight", options->ruleWeight,
-                     "0..1. kin: how coarse the classes of kin are; default: chosen for the tree. helberg: w_l, default 0.5")
+    verb->add_option(
+            "--rule-weight", options->ruleWeight,
+            "0..1. kin: how coarse the classes of kin are; default: chosen for the tree. helberg: w_l, default 0.5")
         ->check(CLI::Range(0.0, 1.0));
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
     verb->add_flag("--trace", options->trace, "Print the grammar after each pass");

@@ -12,9 +12,9 @@ namespace espalier::tool {
 /// One plant of an input: a tree of an archetype, or the individual of a seed.
 struct Plant
 {
-    std::string label;               ///< "archetype", "seed 7"
+    std::string label; ///< "archetype", "seed 7"
     std::optional<std::uint64_t> seed;
-    Skeleton skeleton;               ///< With axes and radii.
+    Skeleton skeleton; ///< With axes and radii.
 };
 
 /// What a verb reads: an archetype or a species with seeds.

@@ -58,7 +58,8 @@ void measurePlants(const MeasureOptions& options)
 void addMeasure(CLI::App& app)
 {
     const auto options = std::make_shared<MeasureOptions>();
-    CLI::App* verb = app.add_subcommand("measure", "Report the facts of a plant: segments, lengths, tips, forks, depth, reach, order");
+    CLI::App* verb = app.add_subcommand(
+        "measure", "Report the facts of a plant: segments, lengths, tips, forks, depth, reach, order");
     options->input.addTo(*verb);
     verb->add_flag("--json", options->json, "One JSON document; an array for a range of seeds");
     verb->callback([options] { measurePlants(*options); });

@@ -23,7 +23,8 @@ void reportOverlaps(const OverlapCommand& command)
         const OverlapReport report = orFail(findOverlaps(plant.skeleton, command.settings));
         if (!command.json)
         {
-            std::cout << plant.label << ": " << report.overlaps.size() << " overlaps among " << plant.skeleton.size() << " segments";
+            std::cout << plant.label << ": " << report.overlaps.size() << " overlaps among " << plant.skeleton.size()
+                      << " segments";
             if (!report.overlaps.empty())
                 std::cout << ", the deepest " << report.deepest * 1000 << " mm";
             std::cout << '\n';
@@ -37,7 +38,8 @@ void reportOverlaps(const OverlapCommand& command)
         json["deepest"] = report.deepest;
         json["overlaps"] = nlohmann::ordered_json::array();
         for (const Overlap& overlap : report.overlaps)
-            json["overlaps"].push_back({{"first", overlap.first}, {"second", overlap.second}, {"depth", overlap.depth}});
+            json["overlaps"].push_back(
+                {{"first", overlap.first}, {"second", overlap.second}, {"depth", overlap.depth}});
         all.push_back(std::move(json));
     });
     if (command.json)
@@ -49,9 +51,12 @@ void reportOverlaps(const OverlapCommand& command)
 void addOverlap(CLI::App& app)
 {
     const auto command = std::make_shared<OverlapCommand>();
-    CLI::App* verb = app.add_subcommand("overlap", "Report branches that cut into each other although they are not neighbours");
+    CLI::App* verb =
+        app.add_subcommand("overlap", "Report branches that cut into each other although they are not neighbours");
     command->input.addTo(*verb);
-    verb->add_option("--tolerance", command->settings.tolerance, "Metres of depth that are ignored")->check(CLI::Range(0.f, 1e5f))->capture_default_str();
+    verb->add_option("--tolerance", command->settings.tolerance, "Metres of depth that are ignored")
+        ->check(CLI::Range(0.f, 1e5f))
+        ->capture_default_str();
     verb->add_flag("--json", command->json, "One JSON document; an array for a range of seeds");
     verb->callback([command] { reportOverlaps(*command); });
 }

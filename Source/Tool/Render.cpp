@@ -69,7 +69,9 @@ void render(const RenderCommand& command)
         failUsage("render: expected at most 256 seeds");
 
     // Two inputs of one kind need names; a drawn tree and its species do not.
-    const auto kinds = [&](InputKind kind) { return std::ranges::count(command.inputs, kind, [](const std::string& path) { return kindOf(path); }); };
+    const auto kinds = [&](InputKind kind) {
+        return std::ranges::count(command.inputs, kind, [](const std::string& path) { return kindOf(path); });
+    };
     const bool needNames = kinds(InputKind::Archetype) > 1 || kinds(InputKind::Species) > 1;
     Gallery gallery;
     for (const std::string& path : command.inputs)
@@ -99,17 +101,28 @@ void addRender(CLI::App& app)
 {
     const auto command = std::make_shared<RenderCommand>();
     CLI::App* verb = app.add_subcommand("render", "Make a picture of an archetype or of trees of a species");
-    verb->add_option("inputs", command->inputs, "A.archetype or S.species; several on a sheet, such as a drawn tree and its species")->required();
-    verb->add_option("--seed", command->seeds, "Of a species: a seed N, or a range A..B on a sheet")->capture_default_str();
+    verb->add_option("inputs", command->inputs,
+                     "A.archetype or S.species; several on a sheet, such as a drawn tree and its species")
+        ->required();
+    verb->add_option("--seed", command->seeds, "Of a species: a seed N, or a range A..B on a sheet")
+        ->capture_default_str();
     verb->add_option("-o,--output", command->output, "out.png")->required();
     verb->add_flag("--sheet", command->sheet, "A contact sheet: all trees at one scale, labelled");
-    verb->add_option("--turntable", command->turntable, "A strip of N views from all sides")->check(CLI::Range(2u, 64u));
-    verb->add_option("--columns", command->columns, "Of a contact sheet")->check(CLI::Range(1u, 64u))->capture_default_str();
+    verb->add_option("--turntable", command->turntable, "A strip of N views from all sides")
+        ->check(CLI::Range(2u, 64u));
+    verb->add_option("--columns", command->columns, "Of a contact sheet")
+        ->check(CLI::Range(1u, 64u))
+        ->capture_default_str();
     verb->add_option("--width", command->width, "Pixels, of one view")->check(CLI::Range(16u, 8192u));
     verb->add_option("--height", command->height, "Pixels, of one view")->check(CLI::Range(16u, 8192u));
-    verb->add_option("--samples", command->samples, "Rays a pixel: more is smoother and slower")->check(CLI::Range(1u, 4096u))->capture_default_str();
-    verb->add_option("--azimuth", command->azimuthDegrees, "Degrees round the tree at which the camera stands")->check(CLI::Range(-360.0, 360.0));
-    verb->add_option("--elevation", command->elevationDegrees, "Degrees above the horizon")->check(CLI::Range(-80.0, 80.0))->capture_default_str();
+    verb->add_option("--samples", command->samples, "Rays a pixel: more is smoother and slower")
+        ->check(CLI::Range(1u, 4096u))
+        ->capture_default_str();
+    verb->add_option("--azimuth", command->azimuthDegrees, "Degrees round the tree at which the camera stands")
+        ->check(CLI::Range(-360.0, 360.0));
+    verb->add_option("--elevation", command->elevationDegrees, "Degrees above the horizon")
+        ->check(CLI::Range(-80.0, 80.0))
+        ->capture_default_str();
     command->templates.addTo(*verb);
     verb->callback([command] { render(*command); });
 }

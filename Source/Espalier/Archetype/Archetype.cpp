@@ -31,12 +31,14 @@ AnchorTable anchorsOf(const Archetype& archetype)
 Expected<void> validate(const Archetype& archetype, const Limits& limits)
 {
     const auto fail = [](std::size_t instance, std::string what, std::string expected) {
-        return failure(ErrorKind::BadInput, {}, "instance " + std::to_string(instance) + ": " + std::move(what), std::move(expected));
+        return failure(ErrorKind::BadInput, {}, "instance " + std::to_string(instance) + ": " + std::move(what),
+                       std::move(expected));
     };
     if (archetype.instances.empty())
         return failure(ErrorKind::BadInput, {}, "the archetype has no template instance", "at least one tree");
     if (archetype.instances.size() > limits.inferredNodes)
-        return failure(ErrorKind::Limit, {}, "the archetype has " + std::to_string(archetype.instances.size()) + " instances",
+        return failure(ErrorKind::Limit, {},
+                       "the archetype has " + std::to_string(archetype.instances.size()) + " instances",
                        "at most " + std::to_string(limits.inferredNodes) + " (the limit inferredNodes)");
     const auto& templates = archetype.library.templates;
     std::vector<std::uint32_t> firstAnchor;
@@ -46,7 +48,8 @@ Expected<void> validate(const Archetype& archetype, const Limits& limits)
         const TemplateInstance& instance = archetype.instances[i];
         firstAnchor.push_back(anchors);
         if (instance.piece >= templates.size())
-            return fail(i, "it names template number " + std::to_string(instance.piece), "one of the library's " + std::to_string(templates.size()));
+            return fail(i, "it names template number " + std::to_string(instance.piece),
+                        "one of the library's " + std::to_string(templates.size()));
         anchors += static_cast<std::uint32_t>(templates[instance.piece].anchors.size());
         const InstanceTransform& t = instance.transform;
         if (!(std::isfinite(t.scaling) && t.scaling > 0 && t.scaling <= limits.coordinate))
@@ -54,15 +57,18 @@ Expected<void> validate(const Archetype& archetype, const Limits& limits)
                         "a finite number above 0, at most " + formatNumber(limits.coordinate));
         for (const double angle : {t.rotation, t.branchingAngle, t.roll})
             if (!(std::abs(angle) <= limits.angleDegrees))
-                return fail(i, "an angle is not finite or too large", "at most " + formatNumber(limits.angleDegrees) + " degrees either way");
+                return fail(i, "an angle is not finite or too large",
+                            "at most " + formatNumber(limits.angleDegrees) + " degrees either way");
         if (instance.parent == kNoInstance)
             continue;
         if (instance.parent >= i)
-            return fail(i, "it hangs on instance " + std::to_string(instance.parent) + ", which does not come before it",
+            return fail(i,
+                        "it hangs on instance " + std::to_string(instance.parent) + ", which does not come before it",
                         "parents before their children; a cycle cannot be a tree");
         if (instance.anchor >= templates[archetype.instances[instance.parent].piece].anchors.size())
-            return fail(i, "its parent's template " + templates[archetype.instances[instance.parent].piece].name + " has no anchor number " +
-                               std::to_string(instance.anchor),
+            return fail(i,
+                        "its parent's template " + templates[archetype.instances[instance.parent].piece].name +
+                            " has no anchor number " + std::to_string(instance.anchor),
                         "one of the anchors of the parent's template");
     }
     std::vector<bool> taken(anchors, false);

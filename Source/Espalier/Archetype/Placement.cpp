@@ -8,7 +8,8 @@ std::vector<PlacedModule> placeTemplate(const Template& piece)
     std::vector<PlacedModule> placed;
     placed.reserve(piece.modules.size() + 2);
     placed.push_back({'/', TurtleCommand::RollRight, Roll, 0, kNoAnchor});
-    const bool startsWithTurn = !piece.modules.empty() && (piece.modules[0].symbol == '+' || piece.modules[0].symbol == '-');
+    const bool startsWithTurn =
+        !piece.modules.empty() && (piece.modules[0].symbol == '+' || piece.modules[0].symbol == '-');
     if (!startsWithTurn)
         placed.push_back({'+', TurtleCommand::TurnLeft, Rotation, 0, kNoAnchor});
 
@@ -16,7 +17,8 @@ std::vector<PlacedModule> placeTemplate(const Template& piece)
     for (std::size_t i = 0; i < piece.modules.size(); ++i)
     {
         const TemplateModule& module = piece.modules[i];
-        PlacedModule result{module.symbol, TurtleCommand::Nothing, module.hasNumber ? Number : None, module.number, module.anchor};
+        PlacedModule result{module.symbol, TurtleCommand::Nothing, module.hasNumber ? Number : None, module.number,
+                            module.anchor};
         if (module.anchor == kNoAnchor)
             result.command = turtleCommand(std::string_view(&module.symbol, 1));
         const bool first = i == 0 && startsWithTurn;

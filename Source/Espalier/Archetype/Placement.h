@@ -10,14 +10,14 @@ namespace espalier {
 /// Where the parameter of a placed symbol comes from.
 enum class ParameterSource : std::uint8_t
 {
-    None,           ///< The symbol stands alone.
-    Number,         ///< `number`
-    Scaled,         ///< number * scaling
-    Branching,      ///< branching angle
-    BranchingTurned,///< branching angle + rotation: the first turn of a word that starts with + or -
-    NumberTurned,   ///< number + rotation: likewise, if it has a number of its own
-    Rotation,       ///< rotation: the turn put before a word that starts otherwise
-    Roll,           ///< roll
+    None,            ///< The symbol stands alone.
+    Number,          ///< `number`
+    Scaled,          ///< number * scaling
+    Branching,       ///< branching angle
+    BranchingTurned, ///< branching angle + rotation: the first turn of a word that starts with + or -
+    NumberTurned,    ///< number + rotation: likewise, if it has a number of its own
+    Rotation,        ///< rotation: the turn put before a word that starts otherwise
+    Roll,            ///< roll
 };
 
 /// A symbol of a template as an instance's transform moves it.
@@ -30,9 +30,9 @@ struct PlacedModule
     std::uint32_t anchor = kNoAnchor;
 };
 
-/// The one definition of what scaling, rotation, branching angle and roll do to a template (Helberg 2021, chapter 5; roll is
-/// ours): its word with a roll and, unless the word starts with a turn, the rotation put before it. Drawing an archetype and
-/// writing a grammar both read it, so they agree to the bit.
+/// The one definition of what scaling, rotation, branching angle and roll do to a template (Helberg 2021, chapter 5;
+/// roll is ours): its word with a roll and, unless the word starts with a turn, the rotation put before it. Drawing an
+/// archetype and writing a grammar both read it, so they agree to the bit.
 [[nodiscard]] std::vector<PlacedModule> placeTemplate(const Template& piece);
 
 /// The parameter's value for one transform. Requires a source other than None.
@@ -40,6 +40,7 @@ struct PlacedModule
 
 /// The skeleton of tree number `tree` of a valid archetype, without axes and radii (completeAxes adds them).
 /// An instance record's production is the template's index, its row the instance's.
-[[nodiscard]] Expected<Skeleton> drawArchetype(const Archetype& archetype, std::size_t tree = 0, const Limits& limits = {});
+[[nodiscard]] Expected<Skeleton> drawArchetype(const Archetype& archetype, std::size_t tree = 0,
+                                               const Limits& limits = {});
 
 } // namespace espalier

@@ -55,13 +55,13 @@ bool isUnit(Vec3 v)
 
 Expected<void> checkMesh(const TreeMesh& mesh)
 {
-    const auto bad = [](std::string what)
-    {
+    const auto bad = [](std::string what) {
         return failure(ErrorKind::BadInput, {}, "the mesh cannot be baked: " + what,
                        "the finite, consistent triangles that meshing a sound skeleton gives");
     };
-    const auto badVertex = [&](std::size_t vertex, const char* what)
-    { return bad("vertex " + std::to_string(vertex) + " has " + what); };
+    const auto badVertex = [&](std::size_t vertex, const char* what) {
+        return bad("vertex " + std::to_string(vertex) + " has " + what);
+    };
     const std::size_t vertices = mesh.positions.size();
     if (vertices == 0 || mesh.indices.empty())
         return bad("it is empty");

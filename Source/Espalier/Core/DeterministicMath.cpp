@@ -13,13 +13,11 @@
 // (T. J. Dekker, "A floating-point technique for extending the available precision", 1971). The tables are computed by
 // the compiler in that arithmetic, so there are few constants to mistrust: those below are leading bits of pi and ln 2.
 
-namespace espalier::math
-{
+namespace espalier::math {
 
 static_assert(FLT_EVAL_METHOD == 0, "intermediate results must be doubles; on x86-32 compile with -msse2 -mfpmath=sse");
 
-namespace
-{
+namespace {
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
@@ -207,8 +205,7 @@ double tan(double radians) noexcept
 
 // ---- Inverse functions ---------------------------------------------------------------------------------------------
 
-namespace
-{
+namespace {
 
 // atan(c/16) by Euler's series, sum of (2n)!! / (2n+1)!! y^n x / (1 + x^2) with y = x^2 / (1 + x^2).
 constexpr Pair atanOfSixteenths(int c)
@@ -222,8 +219,7 @@ constexpr Pair atanOfSixteenths(int c)
 }
 
 // atan of the middles 3/16, 5/16, ... 15/16 of the eighths from 1/8 to 1.
-constexpr auto kAtanTable = []
-{
+constexpr auto kAtanTable = [] {
     std::array<Pair, 7> table;
     for (int i = 0; i < 7; ++i)
         table[static_cast<std::size_t>(i)] = atanOfSixteenths(2 * i + 3);
@@ -310,12 +306,10 @@ double acos(double x) noexcept
 
 // ---- Exponential, logarithm, power ---------------------------------------------------------------------------------
 
-namespace
-{
+namespace {
 
 // 2^(i/32)
-constexpr auto kPowersTable = []
-{
+constexpr auto kPowersTable = [] {
     constexpr Pair kRoot = {0x1.059b0d3158574p+0, 0x1.d73e2a475b465p-55};
     std::array<Pair, 32> table;
     table[0] = {1, 0};
@@ -338,8 +332,7 @@ constexpr Pair logOf32nds(int k)
 // The 32nds nearest to the numbers from sqrt(1/2) to sqrt(2).
 constexpr int kFirst32nd = 23;
 constexpr int kLast32nd = 45;
-constexpr auto kLogTable = []
-{
+constexpr auto kLogTable = [] {
     std::array<Pair, kLast32nd - kFirst32nd + 1> table;
     for (int k = kFirst32nd; k <= kLast32nd; ++k)
         table[static_cast<std::size_t>(k - kFirst32nd)] = logOf32nds(k);

@@ -2,11 +2,9 @@
 
 #include <algorithm>
 
-namespace espalier
-{
+namespace espalier {
 
-namespace
-{
+namespace {
 
 bool continuesCodePoint(char c)
 {

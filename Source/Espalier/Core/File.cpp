@@ -10,13 +10,11 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace espalier
-{
+namespace espalier {
 
 namespace fs = std::filesystem;
 
-namespace
-{
+namespace {
 
 std::string reason(int code)
 {
@@ -142,8 +140,9 @@ private:
 
 Expected<std::string> readFile(const fs::path& path, std::size_t maxBytes)
 {
-    const auto failed = [&](int code)
-    { return failure(ErrorKind::Io, wholeFile(path), "the file cannot be read: " + reason(code)); };
+    const auto failed = [&](int code) {
+        return failure(ErrorKind::Io, wholeFile(path), "the file cannot be read: " + reason(code));
+    };
 
     Descriptor file;
     if (const int code = file.open(path, O_RDONLY | O_NONBLOCK); code != 0) // Without it, opening a pipe would block.
@@ -199,8 +198,7 @@ Expected<void> writeFileAtomically(const fs::path& path, std::string_view bytes)
 {
     struct stat old = {};
     const bool exists = ::stat(path.c_str(), &old) == 0;
-    const auto failed = [&](int code)
-    {
+    const auto failed = [&](int code) {
         return failure(ErrorKind::Io, wholeFile(path), "the file cannot be written: " + reason(code), {},
                        exists ? "the old file is intact" : "no file was made");
     };

@@ -14,9 +14,9 @@ namespace espalier {
 /// readFile for text: refuses invalid UTF-8 with its line and column, and drops a leading byte order mark.
 [[nodiscard]] Expected<std::string> readTextFile(const std::filesystem::path& path, std::size_t maxBytes);
 
-/// Replaces the file at `path` by `bytes` or leaves it as it was: writes a temporary file in the same folder, flushes it
-/// to disk, then renames. The folder must exist. Afterwards a reader finds the old or the new file, never a torn one.
-/// An old file keeps its permissions, and a read-only one is refused. A symbolic link is followed.
+/// Replaces the file at `path` by `bytes` or leaves it as it was: writes a temporary file in the same folder, flushes
+/// it to disk, then renames. The folder must exist. Afterwards a reader finds the old or the new file, never a torn
+/// one. An old file keeps its permissions, and a read-only one is refused. A symbolic link is followed.
 [[nodiscard]] Expected<void> writeFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
 /// Byte offset of the first invalid UTF-8 sequence (overlong forms and surrogates are invalid), or npos.

@@ -20,8 +20,7 @@ public:
     }
 
     template <class T>
-        requires(std::is_arithmetic_v<T> || std::is_enum_v<T>)
-    constexpr void value(T v) noexcept
+    requires(std::is_arithmetic_v<T> || std::is_enum_v<T>) constexpr void value(T v) noexcept
     {
         if constexpr (std::is_same_v<T, float>)
             word(std::bit_cast<std::uint32_t>(v), 4);

@@ -8,11 +8,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 
-namespace espalier
-{
+namespace espalier {
 
-namespace
-{
+namespace {
 
 constexpr std::size_t kShownBytes = 40; ///< Of a string quoted in a message.
 constexpr int kNumberOverflow = 406;    ///< nlohmann's name for 1e400.
@@ -57,8 +55,7 @@ std::string_view runOf(Predicate belongs, std::string_view text, std::size_t at)
 std::string_view numberAt(std::string_view text, std::size_t at)
 {
     std::size_t end = at;
-    const auto take = [&](std::string_view characters)
-    {
+    const auto take = [&](std::string_view characters) {
         const bool found = end < text.size() && characters.find(text[end]) != std::string_view::npos;
         end += found ? 1 : 0;
         return found;
@@ -212,7 +209,8 @@ private:
     {
         auto& nodes = document_.nodes_;
         if (nodes.size() >= limits_.jsonValues && !error_)
-            report(ErrorKind::Limit, tokenStart(), "the file holds more than " + std::to_string(limits_.jsonValues) + " values",
+            report(ErrorKind::Limit, tokenStart(),
+                   "the file holds more than " + std::to_string(limits_.jsonValues) + " values",
                    "at most the limit jsonValues");
         const auto index = static_cast<std::uint32_t>(nodes.size());
         JsonDocument::Node node;
@@ -270,8 +268,9 @@ private:
     bool hasUniqueKeys(std::uint32_t object)
     {
         const auto& nodes = document_.nodes_;
-        const auto keyOf = [&](std::uint32_t node) -> const std::string&
-        { return document_.strings_[nodes[node].key]; };
+        const auto keyOf = [&](std::uint32_t node) -> const std::string& {
+            return document_.strings_[nodes[node].key];
+        };
 
         std::vector<std::uint32_t> members;
         members.reserve(nodes[object].children);
@@ -300,8 +299,7 @@ private:
     {
         const std::string_view all = text();
         std::size_t at = skipSpace(all, cursor_);
-        const auto take = [&](char c)
-        {
+        const auto take = [&](char c) {
             const bool found = at < all.size() && all[at] == c;
             if (found)
                 at = skipSpace(all, at + 1);
@@ -479,8 +477,9 @@ Expected<double> JsonDocument::Value::number(std::string_view role, double low, 
 
 Expected<std::uint64_t> JsonDocument::Value::count(std::string_view role, std::uint64_t low, std::uint64_t high) const
 {
-    const auto fails = [&]
-    { return wrong(role, "a whole number from " + std::to_string(low) + " to " + std::to_string(high)); };
+    const auto fails = [&] {
+        return wrong(role, "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+    };
     if (type() != Type::Number)
         return fails();
 

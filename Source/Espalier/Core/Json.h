@@ -85,12 +85,12 @@ private:
     {
         Type type = Type::Null;
         bool boolean = false;
-        std::uint32_t start = 0;       ///< Byte offset of the value.
-        std::uint32_t keyStart = 0;    ///< Byte offset of its key, if it has one.
-        std::uint32_t key = kNone;     ///< Index into strings_.
-        std::uint32_t string = kNone;  ///< Index into strings_.
-        std::uint32_t next = kNone;    ///< Next sibling.
-        std::uint32_t first = kNone;   ///< First child.
+        std::uint32_t start = 0;      ///< Byte offset of the value.
+        std::uint32_t keyStart = 0;   ///< Byte offset of its key, if it has one.
+        std::uint32_t key = kNone;    ///< Index into strings_.
+        std::uint32_t string = kNone; ///< Index into strings_.
+        std::uint32_t next = kNone;   ///< Next sibling.
+        std::uint32_t first = kNone;  ///< First child.
         std::uint32_t children = 0;
         double number = 0;
     };

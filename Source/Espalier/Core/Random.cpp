@@ -6,11 +6,9 @@
 #include <limits>
 #include <utility>
 
-namespace espalier
-{
+namespace espalier {
 
-namespace
-{
+namespace {
 
 std::uint64_t highHalfOfProduct(std::uint64_t a, std::uint64_t b)
 {

@@ -20,7 +20,7 @@ enum class Purpose : std::uint32_t
     DrawTransform = 2,
     Expression = 3, ///< rand() and normal() inside expressions.
     Shuffle = 4,
-    Sampling = 5,   ///< Rays of a picture, probes of a test.
+    Sampling = 5, ///< Rays of a picture, probes of a test.
     SmoothTransform = 6,
 };
 
@@ -59,7 +59,8 @@ public:
     [[nodiscard]] double uniform(Purpose purpose, double low, double high, std::uint32_t counter = 0) const noexcept;
 
     /// Normal deviate by inversion-free Box-Muller over two uniforms; |result - mean| <= 8.6 deviations.
-    [[nodiscard]] double normal(Purpose purpose, double mean, double deviation, std::uint32_t counter = 0) const noexcept;
+    [[nodiscard]] double normal(Purpose purpose, double mean, double deviation,
+                                std::uint32_t counter = 0) const noexcept;
 
     /// Uniform in [0, count), without modulo bias (bias below 2^-64 * count). Requires count > 0.
     [[nodiscard]] std::uint64_t below(Purpose purpose, std::uint64_t count, std::uint32_t counter = 0) const noexcept;

@@ -7,8 +7,8 @@
 
 namespace espalier {
 
-// GLM's plain vectors. Only their arithmetic, dot, cross and length are used: glm::rotate, angleAxis and their like call
-// libm, whose bits differ between machines. Rotations come from DeterministicMath.h.
+// GLM's plain vectors. Only their arithmetic, dot, cross and length are used: glm::rotate, angleAxis and their like
+// call libm, whose bits differ between machines. Rotations come from DeterministicMath.h.
 using Vec2 = glm::vec2;
 using Vec3 = glm::vec3;
 using Vec4 = glm::vec4;

@@ -89,7 +89,10 @@ struct ExpressionFunction
 class ExpressionPool
 {
 public:
-    ExpressionId number(double value) { return add({ExpressionOp::Number, kNoExpression, kNoExpression, kNoExpression, value}); }
+    ExpressionId number(double value)
+    {
+        return add({ExpressionOp::Number, kNoExpression, kNoExpression, kNoExpression, value});
+    }
     ExpressionId add(const ExpressionNode& node)
     {
         nodes_.push_back(node);
@@ -98,7 +101,10 @@ public:
     ExpressionId unary(ExpressionOp op, ExpressionId a) { return add({op, a, kNoExpression, kNoExpression, 0}); }
     ExpressionId binary(ExpressionOp op, ExpressionId a, ExpressionId b) { return add({op, a, b, kNoExpression, 0}); }
     /// A reference to parameter, constant or transform component `index`.
-    ExpressionId reference(ExpressionOp op, std::uint32_t index) { return add({op, index, kNoExpression, kNoExpression, 0}); }
+    ExpressionId reference(ExpressionOp op, std::uint32_t index)
+    {
+        return add({op, index, kNoExpression, kNoExpression, 0});
+    }
 
     [[nodiscard]] const ExpressionNode& operator[](ExpressionId id) const { return nodes_[id]; }
     [[nodiscard]] std::uint32_t size() const noexcept { return static_cast<std::uint32_t>(nodes_.size()); }
@@ -114,13 +120,13 @@ struct ExpressionScope
     const double* constants = nullptr;
     const double* transform = nullptr; ///< Four values, or null outside a successor with a table.
     double step = 0;
-    RandomKey key{Seed{}};         ///< Where rand() and normal() draw.
-    std::uint32_t draws = 0;       ///< Counts them.
-    bool failed = false;           ///< Set when a division by zero or another non-finite result occurred.
+    RandomKey key{Seed{}};   ///< Where rand() and normal() draw.
+    std::uint32_t draws = 0; ///< Counts them.
+    bool failed = false;     ///< Set when a division by zero or another non-finite result occurred.
 };
 
-/// The value of expression `id`. Sets `scope.failed` instead of giving a non-finite result; && || ?: evaluate only what they
-/// need. Recurses at most Limits::expressionDepth deep; does not allocate.
+/// The value of expression `id`. Sets `scope.failed` instead of giving a non-finite result; && || ?: evaluate only what
+/// they need. Recurses at most Limits::expressionDepth deep; does not allocate.
 [[nodiscard]] double evaluate(const ExpressionPool& pool, ExpressionId id, ExpressionScope& scope) noexcept;
 
 } // namespace espalier

@@ -23,7 +23,7 @@ struct Module
 struct Production
 {
     SymbolId predecessor = 0;
-    std::vector<std::string> parameters; ///< Formal parameters of the predecessor.
+    std::vector<std::string> parameters;    ///< Formal parameters of the predecessor.
     ExpressionId condition = kNoExpression; ///< None: always.
     ExpressionId weight = kNoExpression;    ///< None: unweighted.
     std::vector<Module> successor;
@@ -39,18 +39,18 @@ struct NamedConstant
     ExpressionId value = kNoExpression;
 };
 
-/// A context-free stochastic parametric L-system with its turtle defaults: the document that a designer reads and edits.
-/// Lengths in metres; angles in degrees, as in the text form that it mirrors. Brackets balance in every word.
+/// A context-free stochastic parametric L-system with its turtle defaults: the document that a designer reads and
+/// edits. Lengths in metres; angles in degrees, as in the text form that it mirrors. Brackets balance in every word.
 struct Grammar
 {
     SymbolTable symbols;
     ExpressionPool expressions;
-    std::vector<ExpressionId> arguments; ///< Of all modules.
+    std::vector<ExpressionId> arguments;  ///< Of all modules.
     std::vector<std::string> longSymbols; ///< Declared by `symbols:`.
     std::vector<NamedConstant> constants;
-    double angle = 25;  ///< Degrees; of turns without a number.
-    double step = 1;    ///< Metres; of F f G without a number.
-    double width = 0.1; ///< Metres; the diameter until ! sets it.
+    double angle = 25;          ///< Degrees; of turns without a number.
+    double step = 1;            ///< Metres; of F f G without a number.
+    double width = 0.1;         ///< Metres; the diameter until ! sets it.
     std::vector<SymbolId> draw; ///< Symbols that draw a segment; F and G by default.
     std::vector<SymbolId> move; ///< Symbols that only move; f by default.
     std::vector<Module> axiom;
@@ -64,25 +64,27 @@ struct Grammar
 /// Equal if they print the same text.
 [[nodiscard]] bool operator==(const Grammar& a, const Grammar& b);
 
-/// Reads the text form (DESIGN 6) of a context-free grammar. Up to 20 errors are collected, each with its line and column; the
-/// first is the Error's place, and `what` lists them all. What only other L-systems have (contexts, interpret:, ignore:,
-/// order:, tropism:) is refused by name. `file` names the text in errors.
+/// Reads the text form (DESIGN 6) of a context-free grammar. Up to 20 errors are collected, each with its line and
+/// column; the first is the Error's place, and `what` lists them all. What only other L-systems have (contexts,
+/// interpret:, ignore:, order:, tropism:) is refused by name. `file` names the text in errors.
 [[nodiscard]] Expected<Grammar> parseGrammar(std::string_view text, std::string_view file, const Limits& limits);
 
 /// The text form, ending in a line break. parseGrammar(printGrammar(g)) == g.
 [[nodiscard]] std::string printGrammar(const Grammar& grammar);
 
 /// One word or production as text, for traces and messages.
-[[nodiscard]] std::string printWord(const Grammar& grammar, const std::vector<Module>& word, const Production* scope = nullptr);
+[[nodiscard]] std::string printWord(const Grammar& grammar, const std::vector<Module>& word,
+                                    const Production* scope = nullptr);
 [[nodiscard]] std::string printProduction(const Grammar& grammar, const Production& production);
 
-/// A table of observed transforms: what the drawn instances of one template looked like. Rows stay together, so what was
-/// drawn together is grown together; then each component is smoothed by a triangular kernel of its spread.
+/// A table of observed transforms: what the drawn instances of one template looked like. Rows stay together, so what
+/// was drawn together is grown together; then each component is smoothed by a triangular kernel of its spread.
 struct TransformTable
 {
     std::string name;
     std::vector<std::array<double, 4>> rows; ///< scaling, rotation, branching angle, roll (degrees).
-    /// Standard deviation of the smoothing: of the scaling as a share of it, [0, 0.4]; of the angles in degrees. 0: exactly the row.
+    /// Standard deviation of the smoothing: of the scaling as a share of it, [0, 0.4]; of the angles in degrees. 0:
+    /// exactly the row.
     std::array<double, 4> spread{};
 
     friend bool operator==(const TransformTable&, const TransformTable&) = default;

@@ -23,8 +23,8 @@ struct DraftTree
     std::uint32_t roots = 0; ///< The first nodes.
 };
 
-/// One rule of a draft: its right-hand side is a template's word with symbols at the anchors; the start symbol's rules name a
-/// symbol alone.
+/// One rule of a draft: its right-hand side is a template's word with symbols at the anchors; the start symbol's rules
+/// name a symbol alone.
 struct DraftRule
 {
     std::uint32_t symbol = 0;
@@ -40,7 +40,8 @@ struct DraftGrammar
     std::vector<DraftRule> rules;   ///< In symbol order.
 };
 
-/// Names of nonterminals: S, then A B C ... Z a b ... z without S and without the symbols in `taken`, then A1 B1 ... and so on.
+/// Names of nonterminals: S, then A B C ... Z a b ... z without S and without the symbols in `taken`, then A1 B1 ...
+/// and so on.
 [[nodiscard]] std::vector<std::string> nonterminalNames(std::size_t count, std::string_view taken);
 
 /// The turtle symbols that the words of a library use.

@@ -8,7 +8,8 @@ namespace espalier {
 TransformUse transformUse(const TransformTable& table)
 {
     const auto moves = [&](std::size_t component) {
-        return table.spread[component] != 0 || std::ranges::any_of(table.rows, [&](const auto& row) { return row[component] != 0; });
+        return table.spread[component] != 0 ||
+               std::ranges::any_of(table.rows, [&](const auto& row) { return row[component] != 0; });
     };
     return {moves(1), moves(3)};
 }
@@ -71,7 +72,8 @@ Production placingProduction(Grammar& grammar, SymbolId predecessor, const Templ
                 production.successor.push_back(children[module.anchor]);
             continue;
         }
-        if ((module.source == ParameterSource::Rotation && !use.rotation) || (module.source == ParameterSource::Roll && !use.roll))
+        if ((module.source == ParameterSource::Rotation && !use.rotation) ||
+            (module.source == ParameterSource::Roll && !use.roll))
             continue;
         const SymbolId symbol = grammar.symbols.intern(std::string_view(&module.symbol, 1));
         const ExpressionId parameter = parameterExpression(grammar.expressions, module, use.rotation);

@@ -1,6 +1,7 @@
-// The four passes of A. Helberg, Template-basierte Synthese von Verzweigungsstrukturen mittels L-Systemen (bachelor thesis, HAW
-// Hamburg, 2021), chapter 5, as its text states them. Departures: costs are exact (its program truncates to int), D_g is computed
-// (its program had 0 throughout), symbols are unlimited, and transforms stay together as whole tuples.
+// The four passes of A. Helberg, Template-basierte Synthese von Verzweigungsstrukturen mittels L-Systemen (bachelor
+// thesis, HAW Hamburg, 2021), chapter 5, as its text states them. Departures: costs are exact (its program truncates to
+// int), D_g is computed (its program had 0 throughout), symbols are unlimited, and transforms stay together as whole
+// tuples.
 
 #include <Espalier/Inference/GrammarWriter.h>
 #include <Espalier/Inference/InferenceContext.h>
@@ -90,7 +91,8 @@ std::size_t grammarLength(const DraftGrammar& draft, const TemplateLibrary& libr
         if (rule.piece == kNoPiece)
             continue;
         for (const TemplateModule& module : library.templates[rule.piece].modules)
-            if (module.anchor == kNoAnchor && std::string_view("+-[]&^\\/|").find(module.symbol) == std::string_view::npos &&
+            if (module.anchor == kNoAnchor &&
+                std::string_view("+-[]&^\\/|").find(module.symbol) == std::string_view::npos &&
                 terminals.find(module.symbol) == std::string::npos)
                 terminals += module.symbol;
     }
@@ -101,7 +103,8 @@ std::size_t grammarLength(const DraftGrammar& draft, const TemplateLibrary& libr
 
 std::string ruleCount(const DraftGrammar& draft, const TemplateLibrary& library)
 {
-    return std::to_string(draft.rules.size()) + " rules, grammar length L = " + std::to_string(grammarLength(draft, library));
+    return std::to_string(draft.rules.size()) +
+           " rules, grammar length L = " + std::to_string(grammarLength(draft, library));
 }
 
 void replaceSymbol(DraftGrammar& draft, std::uint32_t from, std::uint32_t to)
@@ -163,8 +166,8 @@ std::size_t firstRepeated(const DraftTree& tree, const TemplateLibrary& library,
 }
 
 /// Appends the word of the subtree at `node`, fully derived, and adds up its transforms.
-void deriveSubtree(const DraftTree& tree, const TemplateLibrary& library, std::size_t root, std::vector<TemplateModule>* word,
-                   InstanceTransform& sum, std::uint32_t& count)
+void deriveSubtree(const DraftTree& tree, const TemplateLibrary& library, std::size_t root,
+                   std::vector<TemplateModule>* word, InstanceTransform& sum, std::uint32_t& count)
 {
     struct Frame
     {
@@ -203,9 +206,10 @@ void deriveSubtree(const DraftTree& tree, const TemplateLibrary& library, std::s
     }
 }
 
-/// The tree in which every occurrence of subtree `id` is a leaf: a new template, placed by the mean transform of all instances in
-/// all occurrences.
-DraftTree foldSubtree(const DraftTree& tree, const std::vector<std::uint32_t>& ids, std::uint32_t id, TemplateLibrary& library)
+/// The tree in which every occurrence of subtree `id` is a leaf: a new template, placed by the mean transform of all
+/// instances in all occurrences.
+DraftTree foldSubtree(const DraftTree& tree, const std::vector<std::uint32_t>& ids, std::uint32_t id,
+                      TemplateLibrary& library)
 {
     Template composite;
     composite.name = "composite" + std::to_string(library.templates.size() + 1);
@@ -216,7 +220,8 @@ DraftTree foldSubtree(const DraftTree& tree, const std::vector<std::uint32_t>& i
     for (std::size_t i = 0; i < ids.size(); ++i)
         if (ids[i] == id)
             deriveSubtree(tree, library, i, composite.modules.empty() ? &composite.modules : nullptr, sum, count);
-    const InstanceTransform mean{sum.scaling / count, sum.rotation / count, sum.branchingAngle / count, sum.roll / count};
+    const InstanceTransform mean{sum.scaling / count, sum.rotation / count, sum.branchingAngle / count,
+                                 sum.roll / count};
     const auto piece = static_cast<std::uint32_t>(library.templates.size());
 
     DraftTree folded;
@@ -267,9 +272,10 @@ Tokens tokensOf(const DraftRule& rule, const TemplateLibrary& library, std::vect
     return tokens;
 }
 
-/// Levenshtein distance: insertions, deletions and replacements of one symbol each; `from` reads as `into`. Where it is more
-/// than `most`, something between the two.
-double editDistance(const Tokens& a, const Tokens& b, std::uint32_t into, std::uint32_t from, double most, std::vector<std::uint32_t>& row)
+/// Levenshtein distance: insertions, deletions and replacements of one symbol each; `from` reads as `into`. Where it is
+/// more than `most`, something between the two.
+double editDistance(const Tokens& a, const Tokens& b, std::uint32_t into, std::uint32_t from, double most,
+                    std::vector<std::uint32_t>& row)
 {
     const auto renamed = [&](std::uint32_t token) { return token == from ? into : token; };
     row.resize(b.size() + 1);
@@ -325,8 +331,8 @@ DraftGrammar merged(const DraftGrammar& draft, std::uint32_t into, std::uint32_t
     return result;
 }
 
-/// C_g = w_0 * (L(new) - L(old)) + (1 - w_0) * D_g, D_g the summed edit distance between the right-hand sides of the two symbols
-/// once they bear the same name; for every pair of symbols of one draft.
+/// C_g = w_0 * (L(new) - L(old)) + (1 - w_0) * D_g, D_g the summed edit distance between the right-hand sides of the
+/// two symbols once they bear the same name; for every pair of symbols of one draft.
 class MergeCosts
 {
 public:
@@ -366,14 +372,16 @@ private:
             mentions_[symbol].push_back(rule);
     }
 
-    /// By how much L falls: the symbol itself, and the rules that become equal to others. Only those that mention one of the two
-    /// symbols can.
+    /// By how much L falls: the symbol itself, and the rules that become equal to others. Only those that mention one
+    /// of the two symbols can.
     double shorterBy(std::uint32_t into, std::uint32_t from)
     {
         touched_.clear();
         std::ranges::set_union(mentions_[into], mentions_[from], std::back_inserter(touched_));
         const auto same = [&](std::uint32_t a, std::uint32_t b) {
-            const auto equal = [&](std::uint32_t x, std::uint32_t y) { return (x == from ? into : x) == (y == from ? into : y); };
+            const auto equal = [&](std::uint32_t x, std::uint32_t y) {
+                return (x == from ? into : x) == (y == from ? into : y);
+            };
             return rules_[a].piece == rules_[b].piece && equal(rules_[a].symbol, rules_[b].symbol) &&
                    std::ranges::equal(rules_[a].children, rules_[b].children, equal);
         };
@@ -400,7 +408,8 @@ Expected<void> inferBreadthFirst(InferenceContext& context)
     context.tree = breadthFirst(context.exemplars, context.anchors);
     context.draft = grammarOf(context.tree, context.exemplars.library);
     context.summary = ruleCount(context.draft, context.exemplars.library) + ", cost C_i = " +
-                      formatNumber(costOf(context.draft, context.exemplars.library, context.options.ruleWeight.value_or(kDefaultWeight)));
+                      formatNumber(costOf(context.draft, context.exemplars.library,
+                                          context.options.ruleWeight.value_or(kDefaultWeight)));
     context.grammarText = printDraft(context.draft, context.exemplars.library);
     return {};
 }
@@ -462,7 +471,8 @@ Expected<void> generalizeByMerging(InferenceContext& context)
         context.draft = merged(context.draft, best.into, best.from);
         ++merges;
     }
-    context.summary = ruleCount(context.draft, library) + ", after " + std::to_string(merges) + (merges == 1 ? " merge" : " merges");
+    context.summary =
+        ruleCount(context.draft, library) + ", after " + std::to_string(merges) + (merges == 1 ? " merge" : " merges");
     context.grammarText = printDraft(context.draft, library);
     return {};
 }
@@ -518,8 +528,8 @@ Expected<void> estimatePerTemplate(InferenceContext& context)
     }
     species.provenance.mergeWeight = context.options.mergeWeight.value_or(kDefaultWeight);
     species.provenance.ruleWeight = context.options.ruleWeight.value_or(kDefaultWeight);
-    context.summary = std::to_string(grammar.productions.size()) + " productions over " + std::to_string(species.tables.size()) +
-                      " tables of observed transforms";
+    context.summary = std::to_string(grammar.productions.size()) + " productions over " +
+                      std::to_string(species.tables.size()) + " tables of observed transforms";
     context.grammarText = printGrammar(grammar);
     return {};
 }

@@ -18,12 +18,13 @@ struct InferenceOptions
 {
     std::string preset = "kin"; ///< One of inferencePresets().
 
-    /// How freely branches stand for each other, [0, 1]. kin: the chance that a drawn branch is replaced by one of its kin; 0 gives
-    /// the archetype back exactly; default: chosen for the tree. helberg: w_0, the weight of grammar length against edit distance; default 0.5.
+    /// How freely branches stand for each other, [0, 1]. kin: the chance that a drawn branch is replaced by one of its
+    /// kin; 0 gives the archetype back exactly; default: chosen for the tree. helberg: w_0, the weight of grammar
+    /// length against edit distance; default 0.5.
     std::optional<double> mergeWeight{};
 
-    /// [0, 1]. kin: how coarse the classes of kin are, 0 finest; default: chosen for the tree. helberg: w_l, the weight of rule
-    /// length against rule uses; default 0.5.
+    /// [0, 1]. kin: how coarse the classes of kin are, 0 finest; default: chosen for the tree. helberg: w_l, the weight
+    /// of rule length against rule uses; default 0.5.
     std::optional<double> ruleWeight{};
 
     std::string name = "species"; ///< Of the species.
@@ -33,10 +34,11 @@ struct InferenceOptions
     std::function<void(std::string_view pass, const std::string& summary, const std::string& grammar)> trace{};
 };
 
-/// Infers the rules behind one or more archetypes of a kind. The archetypes may use different libraries; templates of equal
-/// word are one. Deterministic: equal input gives an equal species. Fails with BadInput for an invalid archetype, an
-/// unknown preset or a weight outside [0, 1].
-[[nodiscard]] Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const InferenceOptions& options = {});
+/// Infers the rules behind one or more archetypes of a kind. The archetypes may use different libraries; templates of
+/// equal word are one. Deterministic: equal input gives an equal species. Fails with BadInput for an invalid archetype,
+/// an unknown preset or a weight outside [0, 1].
+[[nodiscard]] Expected<Species> inferSpecies(std::span<const Archetype> archetypes,
+                                             const InferenceOptions& options = {});
 
 /// The names of the presets, the default first.
 [[nodiscard]] std::vector<std::string_view> inferencePresets();

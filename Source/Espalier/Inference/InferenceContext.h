@@ -7,8 +7,8 @@
 
 namespace espalier {
 
-/// What the passes of an inference work on, from the drawn trees to the finished species. Each pass reads what earlier ones left
-/// and adds its own; `summary` and `grammarText` are what the trace shows after it.
+/// What the passes of an inference work on, from the drawn trees to the finished species. Each pass reads what earlier
+/// ones left and adds its own; `summary` and `grammarText` are what the trace shows after it.
 struct InferenceContext
 {
     const InferenceOptions& options;
@@ -28,16 +28,16 @@ struct InferenceContext
 /// One step of an inference. A new one is a function of this type, named in the list of a preset (Presets.cpp).
 using InferencePass = Expected<void> (*)(InferenceContext&);
 
-// helberg: A. Helberg, Template-basierte Synthese von Verzweigungsstrukturen mittels L-Systemen (2021), chapter 5, after
-// J. Guo et al., Inverse Procedural Modeling of Branching Structures by Inferring L-Systems, ACM TOG 39 (2020).
-Expected<void> inferBreadthFirst(InferenceContext& context);         ///< A fresh symbol for every node and open anchor.
-Expected<void> compressRepeatedSubtrees(InferenceContext& context);  ///< While C_i falls.
-Expected<void> generalizeByMerging(InferenceContext& context);       ///< While the cheapest merge has C_g < 0.
-Expected<void> estimatePerTemplate(InferenceContext& context);       ///< Tables of transforms by template, weights by use.
+// helberg: A. Helberg, Template-basierte Synthese von Verzweigungsstrukturen mittels L-Systemen (2021), chapter 5,
+// after J. Guo et al., Inverse Procedural Modeling of Branching Structures by Inferring L-Systems, ACM TOG 39 (2020).
+Expected<void> inferBreadthFirst(InferenceContext& context);        ///< A fresh symbol for every node and open anchor.
+Expected<void> compressRepeatedSubtrees(InferenceContext& context); ///< While C_i falls.
+Expected<void> generalizeByMerging(InferenceContext& context);      ///< While the cheapest merge has C_g < 0.
+Expected<void> estimatePerTemplate(InferenceContext& context); ///< Tables of transforms by template, weights by use.
 
 // kin: limbs of one class (template, about the same vigour) may stand for each other.
 Expected<void> shareIdenticalLimbs(InferenceContext& context); ///< Hash-consing: equal limbs become one.
-Expected<void> classKin(InferenceContext& context);            ///< Which limbs are kin, and how freely they are exchanged.
-Expected<void> estimateKin(InferenceContext& context);         ///< Whole transforms by limb; the window of accepted sizes.
+Expected<void> classKin(InferenceContext& context);    ///< Which limbs are kin, and how freely they are exchanged.
+Expected<void> estimateKin(InferenceContext& context); ///< Whole transforms by limb; the window of accepted sizes.
 
 } // namespace espalier

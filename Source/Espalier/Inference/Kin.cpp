@@ -1,7 +1,8 @@
-// Regraft among kin: a tree of the kind is the drawn one in which branches have been exchanged for their kin, limbs of the same
-// template and about the same vigour. Both the drawn child and its replacements are uniform over a class's occurrences, so every
-// drawn instance is expected once, whatever the weight: sizes, branchings and parameters keep their means without tuning. What the
-// mean does not keep (tiny and huge trees, copies) the window of accepted sizes does.
+// Regraft among kin: a tree of the kind is the drawn one in which branches have been exchanged for their kin, limbs of
+// the same template and about the same vigour. Both the drawn child and its replacements are uniform over a class's
+// occurrences, so every drawn instance is expected once, whatever the weight: sizes, branchings and parameters keep
+// their means without tuning. What the mean does not keep (tiny and huge trees, copies) the window of accepted sizes
+// does.
 
 #include <Espalier/Inference/InferenceContext.h>
 #include <Espalier/Inference/KinGrammar.h>
@@ -17,7 +18,8 @@ namespace espalier {
 namespace {
 
 /// One rule for each distinct limb, its symbols already named in `draft`.
-DraftGrammar limbRules(const LimbTable& limbs, const TemplateLibrary& library, DraftGrammar draft, const std::vector<std::uint32_t>& symbolOf)
+DraftGrammar limbRules(const LimbTable& limbs, const TemplateLibrary& library, DraftGrammar draft,
+                       const std::vector<std::uint32_t>& symbolOf)
 {
     const auto open = static_cast<std::uint32_t>(draft.names.size());
     draft.names.emplace_back(); // an open anchor prints as nothing
@@ -40,7 +42,8 @@ std::string describe(const KinLevel& level)
 {
     std::string text = "same template";
     if (level.sizeBase > 0)
-        text += ", size within " + formatNumber(level.sizeBase) + " times, height within " + formatNumber(level.heightBase) + " times";
+        text += ", size within " + formatNumber(level.sizeBase) + " times, height within " +
+                formatNumber(level.heightBase) + " times";
     return text + (level.anchors ? ", occupants of anchors too" : "");
 }
 
@@ -74,8 +77,10 @@ Expected<void> shareIdenticalLimbs(InferenceContext& context)
     draft.names.erase(draft.names.begin()); // S is not needed: a limb is named by its first letter
     std::vector<std::uint32_t> symbolOf(limbs.limbs.size());
     std::iota(symbolOf.begin(), symbolOf.end(), 0u);
-    context.summary = std::to_string(context.exemplars.instances.size()) + " instances are " + std::to_string(limbs.limbs.size()) + " distinct limbs";
-    context.grammarText = printDraft(limbRules(limbs, context.exemplars.library, std::move(draft), symbolOf), context.exemplars.library);
+    context.summary = std::to_string(context.exemplars.instances.size()) + " instances are " +
+                      std::to_string(limbs.limbs.size()) + " distinct limbs";
+    context.grammarText =
+        printDraft(limbRules(limbs, context.exemplars.library, std::move(draft), symbolOf), context.exemplars.library);
     return {};
 }
 
@@ -106,15 +111,19 @@ Expected<void> classKin(InferenceContext& context)
     species.window = std::move(chosen.window);
     const auto level = std::ranges::find(levels, context.classes.level);
     species.provenance.mergeWeight = context.classes.weight;
-    species.provenance.ruleWeight = static_cast<double>(level - levels.begin()) / static_cast<double>(levels.size() - 1);
+    species.provenance.ruleWeight =
+        static_cast<double>(level - levels.begin()) / static_cast<double>(levels.size() - 1);
     const auto percent = [](double share) { return formatNumber(std::round(100 * share)) + " %"; };
-    context.summary = std::to_string(context.classes.kin.size()) + " classes of kin (" + describe(context.classes.level) + "), exchanged with chance w = " +
-                      formatNumber(context.classes.weight) + "; of trial trees " + percent(chosen.accepted) + " fit the window, of these " +
-                      percent(chosen.distinct) + " are different; two of them differ by about " +
+    context.summary = std::to_string(context.classes.kin.size()) + " classes of kin (" +
+                      describe(context.classes.level) +
+                      "), exchanged with chance w = " + formatNumber(context.classes.weight) + "; of trial trees " +
+                      percent(chosen.accepted) + " fit the window, of these " + percent(chosen.distinct) +
+                      " are different; two of them differ by about " +
                       formatNumber(std::round(100 * chosen.difference) / 100) + " of their edit distance";
     if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.distinct < 0.6))
-        species.provenance.note = "this tree allows few relatives: of trial trees " + percent(chosen.accepted) + " were of its kind and size, and of these " +
-                                  percent(chosen.distinct) + " different. More branches of the same template and size would help.";
+        species.provenance.note = "this tree allows few relatives: of trial trees " + percent(chosen.accepted) +
+                                  " were of its kind and size, and of these " + percent(chosen.distinct) +
+                                  " different. More branches of the same template and size would help.";
     context.grammarText = printKin(context);
     return {};
 }
@@ -124,10 +133,10 @@ Expected<void> estimateKin(InferenceContext& context)
     Species& species = context.species;
     writeKinGrammar(context.exemplars.library, context.limbs, context.classes, species);
     const GrowthWindow& window = *species.window;
-    context.summary = std::to_string(species.grammar.productions.size()) + " productions over " + std::to_string(species.tables.size()) +
-                      " tables of observed transforms; accepted are " + std::to_string(window.minSegments) + " to " +
-                      std::to_string(window.maxSegments) + " segments, " + std::to_string(window.minDepth) + " to " +
-                      std::to_string(window.maxDepth) + " instances deep";
+    context.summary = std::to_string(species.grammar.productions.size()) + " productions over " +
+                      std::to_string(species.tables.size()) + " tables of observed transforms; accepted are " +
+                      std::to_string(window.minSegments) + " to " + std::to_string(window.maxSegments) + " segments, " +
+                      std::to_string(window.minDepth) + " to " + std::to_string(window.maxDepth) + " instances deep";
     context.grammarText = printGrammar(species.grammar);
     return {};
 }

@@ -33,7 +33,8 @@ LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& libra
             known.emplace_back();
         }
         const std::uint32_t table = result.tableOf[limb.piece];
-        const std::array<double, 4> row{limb.transform.scaling, limb.transform.rotation, limb.transform.branchingAngle, limb.transform.roll};
+        const std::array<double, 4> row{limb.transform.scaling, limb.transform.rotation, limb.transform.branchingAngle,
+                                        limb.transform.roll};
         auto& rows = result.tables[table].rows;
         const auto [entry, isNew] = known[table].try_emplace(row, static_cast<std::uint32_t>(rows.size()));
         if (isNew)
@@ -43,8 +44,9 @@ LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& libra
     return result;
 }
 
-/// Smooths each table by a share of what it was seen to vary, so that two trees with the same branches still differ. At weight 0
-/// nothing moves; at 1 the share is a tenth, which leaves the distribution of each parameter recognisably the drawn one.
+/// Smooths each table by a share of what it was seen to vary, so that two trees with the same branches still differ. At
+/// weight 0 nothing moves; at 1 the share is a tenth, which leaves the distribution of each parameter recognisably the
+/// drawn one.
 void smoothTables(std::vector<TransformTable>& tables, double weight)
 {
     constexpr double kShare = 0.1;
@@ -73,8 +75,8 @@ class KinGrammarWriter
 {
 public:
     KinGrammarWriter(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes)
-        : library_(library), limbs_(limbs), classes_(classes), transforms_(transformsOf(limbs, library)), grammar_(grammarFor(library)),
-          indexInClass_(limbs.limbs.size())
+        : library_(library), limbs_(limbs), classes_(classes), transforms_(transformsOf(limbs, library)),
+          grammar_(grammarFor(library)), indexInClass_(limbs.limbs.size())
     {
         smoothTables(transforms_.tables, classes.weight);
         for (const std::vector<std::uint32_t>& kin : classes.kin)
@@ -135,7 +137,8 @@ private:
         }
     }
 
-    /// `(i == limb) * (1 - w) + w * count / occurrences`: the drawn limb, or with chance w any kin. None where it is alone.
+    /// `(i == limb) * (1 - w) + w * count / occurrences`: the drawn limb, or with chance w any kin. None where it is
+    /// alone.
     void weigh(Production& production, std::uint32_t limb)
     {
         if (alone(limb))
@@ -173,8 +176,9 @@ private:
                 else
                     children.push_back(child == kNoInstance ? Module{kOpenAnchor, 0, 0} : moduleOf(child));
             }
-            Production production = placingProduction(grammar_, grammar_.symbols.intern(names_[c]), shape,
-                                                      transformUse(transforms_.tables[transforms_.tableOf[piece]]), children);
+            Production production =
+                placingProduction(grammar_, grammar_.symbols.intern(names_[c]), shape,
+                                  transformUse(transforms_.tables[transforms_.tableOf[piece]]), children);
             weigh(production, limb);
             production.row = grammar_.expressions.number(transforms_.rowOf[limb]);
             grammar_.productions.push_back(std::move(production));
@@ -184,7 +188,8 @@ private:
                 anchorProductions(c, a);
     }
 
-    /// What hangs at one anchor of the limbs of a class: the drawn occupant, or with chance w that of a kin; open anchors too.
+    /// What hangs at one anchor of the limbs of a class: the drawn occupant, or with chance w that of a kin; open
+    /// anchors too.
     void anchorProductions(std::uint32_t c, std::uint32_t anchor)
     {
         grammar_.longSymbols.push_back(anchorName(c, anchor));
@@ -226,7 +231,8 @@ private:
 
 } // namespace
 
-void writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes, Species& species)
+void writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
+                     Species& species)
 {
     KinGrammarWriter(library, limbs, classes).write(species);
 }

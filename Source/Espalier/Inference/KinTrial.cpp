@@ -29,7 +29,8 @@ bool accepts(const GrowthWindow& window, const GrowthSample& sample)
            std::ranges::find(window.copies, sample.topology) == window.copies.end();
 }
 
-GrowthWindow windowFor(const std::vector<GrowthSample>& samples, double segments, double depth, std::vector<std::uint64_t> copies)
+GrowthWindow windowFor(const std::vector<GrowthSample>& samples, double segments, double depth,
+                       std::vector<std::uint64_t> copies)
 {
     constexpr double kMostSegments = 1.5;
     constexpr double kDepth = 0.25;
@@ -82,12 +83,14 @@ public:
     void endInstance() override { open_.pop_back(); }
     bool wantsArguments() const override { return false; }
 
-    /// Its pq-grams with p = q = 2 (Augsten, Boehlen, Gamper 2005): parent and node over each pair of neighbouring children,
-    /// hashed and sorted.
+    /// Its pq-grams with p = q = 2 (Augsten, Boehlen, Gamper 2005): parent and node over each pair of neighbouring
+    /// children, hashed and sorted.
     [[nodiscard]] std::vector<std::uint64_t> grams() const
     {
         constexpr std::uint64_t kNull = 0xffff;
-        const auto labelOf = [&](std::uint32_t node) { return node == kNoInstance ? kNull : std::uint64_t{labels_[node]}; };
+        const auto labelOf = [&](std::uint32_t node) {
+            return node == kNoInstance ? kNull : std::uint64_t{labels_[node]};
+        };
         std::vector<std::uint64_t> all;
         for (std::uint32_t node = 0; node < labels_.size(); ++node)
         {
@@ -133,8 +136,8 @@ std::vector<std::uint32_t> labelsOf(const Species& species)
 {
     std::vector<std::uint32_t> labels;
     for (const Production& production : species.grammar.productions)
-        labels.push_back(static_cast<std::uint32_t>(std::ranges::find(species.tables, production.table, &TransformTable::name) -
-                                                    species.tables.begin()));
+        labels.push_back(static_cast<std::uint32_t>(
+            std::ranges::find(species.tables, production.table, &TransformTable::name) - species.tables.begin()));
     return labels;
 }
 
@@ -155,8 +158,8 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
     drawn_ = drawnTopologies();
 }
 
-/// Topologies of the drawn trees, which the window keeps from being grown again: each is what its limbs give when every limb is a
-/// class of its own.
+/// Topologies of the drawn trees, which the window keeps from being grown again: each is what its limbs give when every
+/// limb is a class of its own.
 Expected<std::vector<std::uint64_t>> KinNursery::drawnTopologies() const
 {
     LimbTable one = limbs_;
@@ -247,8 +250,8 @@ Expected<KinTrial> KinNursery::tryOut(const KinLevel& level, double weight) cons
 Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const
 {
     const KinClasses classes = classify(limbs_, level, segments_);
-    // Differences rise with the weight and acceptance falls, within noise: the trials of all weights grow from the same seeds.
-    // Of large trees few are accepted at weight 1, too few to tell differences.
+    // Differences rise with the weight and acceptance falls, within noise: the trials of all weights grow from the same
+    // seeds. Of large trees few are accepted at weight 1, too few to tell differences.
     const auto tooFew = [](const KinTrial& trial) { return trial.accepted < kLeastAccepted; };
     auto best = tryOut(classes, 1.0);
     if (!best || (best->difference < kLeastDifference && !tooFew(*best)))
@@ -275,7 +278,8 @@ Expected<KinTrial> KinNursery::chooseLevel() const
     double bestScore = -1;
     for (const KinLevel& level : kinLevels())
     {
-        progress_("generalize", static_cast<double>(&level - kinLevels().data()) / static_cast<double>(kinLevels().size()));
+        progress_("generalize",
+                  static_cast<double>(&level - kinLevels().data()) / static_cast<double>(kinLevels().size()));
         auto trial = calibrate(level);
         if (!trial)
             return trial;

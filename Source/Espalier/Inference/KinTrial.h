@@ -12,11 +12,13 @@ namespace espalier {
 /// What a choice of classes and weight comes to when some trees are grown with it.
 struct KinTrial
 {
-    KinClasses classes;    ///< With the weight tried.
-    GrowthWindow window;   ///< Whose accepted trees have the drawn trees' mean size, as nearly as its lower bound can bring about.
-    double accepted = 0;   ///< Share of attempts inside the window.
-    double distinct = 0;   ///< Share of different topologies among them.
-    double difference = 0; ///< Median edit distance between two of them over the sum of their instances, estimated by pq-grams.
+    KinClasses classes; ///< With the weight tried.
+    GrowthWindow
+        window; ///< Whose accepted trees have the drawn trees' mean size, as nearly as its lower bound can bring about.
+    double accepted = 0; ///< Share of attempts inside the window.
+    double distinct = 0; ///< Share of different topologies among them.
+    double difference =
+        0; ///< Median edit distance between two of them over the sum of their instances, estimated by pq-grams.
 };
 
 /// Grows trees of choices of classes and weight, from seeds of its own, and says what they come to.
@@ -33,8 +35,8 @@ public:
     /// The smallest weight (to 0.01) at which the trees of a level differ as much as relatives should.
     [[nodiscard]] Expected<KinTrial> calibrate(const KinLevel& level) const;
 
-    /// The finest level whose calibrated trees are different enough, distinct, and often enough of the right size; the one that
-    /// comes nearest where none is.
+    /// The finest level whose calibrated trees are different enough, distinct, and often enough of the right size; the
+    /// one that comes nearest where none is.
     [[nodiscard]] Expected<KinTrial> chooseLevel() const;
 
 private:

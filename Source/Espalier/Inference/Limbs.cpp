@@ -14,9 +14,11 @@ std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library)
 {
     std::vector<std::uint32_t> draws;
     for (const Template& piece : library.templates)
-        draws.push_back(static_cast<std::uint32_t>(std::ranges::count_if(piece.modules, [](const TemplateModule& module) {
-            return module.anchor == kNoAnchor && turtleCommand(std::string_view(&module.symbol, 1)) == TurtleCommand::Draw;
-        })));
+        draws.push_back(
+            static_cast<std::uint32_t>(std::ranges::count_if(piece.modules, [](const TemplateModule& module) {
+                return module.anchor == kNoAnchor &&
+                       turtleCommand(std::string_view(&module.symbol, 1)) == TurtleCommand::Draw;
+            })));
     return draws;
 }
 
@@ -34,10 +36,12 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
     {
         const TemplateInstance& instance = exemplars.instances[i];
         const auto anchorCount = anchors.firstChild[i + 1] - anchors.firstChild[i];
-        Limb limb{instance.piece, static_cast<std::uint32_t>(found.children.size()), 0, draws[instance.piece], 1, instance.transform};
+        Limb limb{instance.piece,    static_cast<std::uint32_t>(found.children.size()), 0, draws[instance.piece], 1,
+                  instance.transform};
         Hash64 hash;
         hash.value(instance.piece);
-        for (const double part : {limb.transform.scaling, limb.transform.rotation, limb.transform.branchingAngle, limb.transform.roll})
+        for (const double part :
+             {limb.transform.scaling, limb.transform.rotation, limb.transform.branchingAngle, limb.transform.roll})
             hash.value(part);
         children.clear();
         for (std::uint32_t a = 0; a < anchorCount; ++a)
@@ -115,8 +119,8 @@ KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalS
     for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i)
     {
         const Limb& limb = limbs.limbs[i];
-        // 0.999: a whole tree, and what is just a band's width smaller, lie inside a band, not on its edge. Half a segment stands
-        // for a limb that draws nothing.
+        // 0.999: a whole tree, and what is just a band's width smaller, lie inside a band, not on its edge. Half a
+        // segment stands for a limb that draws nothing.
         const double share = 0.999 * std::max(0.5, static_cast<double>(limb.segments)) / totalSegments;
         const auto key = std::tuple(limb.piece, band(share, level.sizeBase), band(limb.height, level.heightBase));
         const auto [entry, isNew] = numbers.try_emplace(key, static_cast<std::uint32_t>(classes.kin.size()));

@@ -14,7 +14,7 @@ struct Limb
     std::uint32_t firstChild = 0; ///< Into LimbTable::children; as many as the template has anchors.
     std::uint32_t count = 0;      ///< Occurrences in the drawn trees.
     std::uint32_t segments = 0;
-    std::uint32_t height = 1;     ///< Nested template instances.
+    std::uint32_t height = 1; ///< Nested template instances.
     InstanceTransform transform;
 };
 
@@ -28,7 +28,8 @@ struct LimbTable
 
 /// Hash-consing, linear time: limbs are equal if template, transform (to the bit) and children are.
 /// `draws[t]` is the number of segments that template t draws.
-[[nodiscard]] LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, const std::vector<std::uint32_t>& draws);
+[[nodiscard]] LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors,
+                                   const std::vector<std::uint32_t>& draws);
 
 /// Segments drawn by each template of a library.
 [[nodiscard]] std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library);
@@ -47,10 +48,10 @@ struct KinLevel
 struct KinClasses
 {
     KinLevel level;
-    double weight = 0;                            ///< Chance that a drawn branch is replaced by one of its kin.
-    std::vector<std::uint32_t> classOf;           ///< Of each limb; numbered by first occurrence.
-    std::vector<std::vector<std::uint32_t>> kin;  ///< The limbs of each class.
-    std::vector<std::uint32_t> occurrences;       ///< Of each class, counted with multiplicity.
+    double weight = 0;                           ///< Chance that a drawn branch is replaced by one of its kin.
+    std::vector<std::uint32_t> classOf;          ///< Of each limb; numbered by first occurrence.
+    std::vector<std::vector<std::uint32_t>> kin; ///< The limbs of each class.
+    std::vector<std::uint32_t> occurrences;      ///< Of each class, counted with multiplicity.
 };
 
 /// Levels from the finest to the coarsest.

@@ -1,8 +1,8 @@
 #include <Espalier/Inference/InferenceContext.h>
 
+#include <Espalier/Archetype/Placement.h>
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Plant/Axes.h>
-#include <Espalier/Archetype/Placement.h>
 #include <algorithm>
 #include <cmath>
 
@@ -28,9 +28,7 @@ struct Preset
 const std::vector<Preset>& presets()
 {
     static const std::vector<Preset> kPresets = {
-        {"kin",
-         "kin 1",
-         {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}}},
+        {"kin", "kin 1", {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}}},
         {"helberg",
          "helberg 1",
          {{"infer", inferBreadthFirst},
@@ -44,7 +42,8 @@ const std::vector<Preset>& presets()
 /// The template of `library` with this word, added if there is none; its name is kept where it is free.
 std::uint32_t mergeTemplate(TemplateLibrary& library, Template piece)
 {
-    const auto same = std::ranges::find_if(library.templates, [&](const Template& known) { return known.modules == piece.modules; });
+    const auto same =
+        std::ranges::find_if(library.templates, [&](const Template& known) { return known.modules == piece.modules; });
     if (same != library.templates.end())
         return static_cast<std::uint32_t>(same - library.templates.begin());
     const std::string wanted = piece.name;
@@ -97,9 +96,11 @@ Expected<void> checkOptions(std::span<const Archetype> archetypes, const Inferen
     for (const Archetype& archetype : archetypes)
         if (auto done = validate(archetype); !done)
             return done;
-    for (const auto& [name, weight] : {std::pair("merge weight", options.mergeWeight), std::pair("rule weight", options.ruleWeight)})
+    for (const auto& [name, weight] :
+         {std::pair("merge weight", options.mergeWeight), std::pair("rule weight", options.ruleWeight)})
         if (weight && !(*weight >= 0 && *weight <= 1))
-            return failure(ErrorKind::BadInput, {}, std::string("the ") + name + " is out of range", "a number from 0 to 1");
+            return failure(ErrorKind::BadInput, {}, std::string("the ") + name + " is out of range",
+                           "a number from 0 to 1");
     return {};
 }
 
@@ -138,7 +139,8 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
         return tl::make_unexpected(done.error());
     const auto preset = std::ranges::find(presets(), options.preset, &Preset::name);
     if (preset == presets().end())
-        return failure(ErrorKind::BadInput, {}, "there is no inference preset \"" + options.preset + "\"", "kin or helberg");
+        return failure(ErrorKind::BadInput, {}, "there is no inference preset \"" + options.preset + "\"",
+                       "kin or helberg");
 
     InferenceContext context{options, mergeArchetypes(archetypes), {}, {}, {}, {}, {}, {}, {}, {}};
     context.anchors = anchorsOf(context.exemplars);

@@ -123,16 +123,14 @@ bool visitTouchingPairsByTree(std::span<const Box> boxes, const PairVisitor& vis
         std::array<BoxPair, kBatch> batch;
         std::size_t size = 0;
         for (std::uint32_t place = 0; place < boxes.size(); ++place)
-            tree.visitLater(place,
-                            [&](std::uint32_t first, std::uint32_t second)
-                            {
-                                batch[size++] = {first, second};
-                                if (size == kBatch)
-                                {
-                                    visit(batch);
-                                    size = 0;
-                                }
-                            });
+            tree.visitLater(place, [&](std::uint32_t first, std::uint32_t second) {
+                batch[size++] = {first, second};
+                if (size == kBatch)
+                {
+                    visit(batch);
+                    size = 0;
+                }
+            });
         visit(std::span(batch).first(size));
         return true;
     }

@@ -284,29 +284,26 @@ Expected<OverlapReport> testCandidates(const Skeleton& skeleton, const OverlapSe
     std::mutex mutex; // of `found`; taken once a batch, and only for one that holds an overlap
     bool isFull = false;
     const std::size_t room = 2 * std::size_t{settings.maxOverlaps}; // a pair may come in both orders
-    const bool isComplete = visitTouchingPairs(
-        boxes,
-        [&](std::span<const BoxPair> pairs)
+    const bool isComplete = visitTouchingPairs(boxes, [&](std::span<const BoxPair> pairs) {
+        std::vector<Overlap> mine;
+        try
         {
-            std::vector<Overlap> mine;
-            try
-            {
-                for (const BoxPair pair : pairs)
-                    if (const float depth = test(pair.first, pair.second); depth > 0)
-                        mine.push_back({std::min(pair.first, pair.second), std::max(pair.first, pair.second), depth});
-                if (mine.empty())
-                    return;
-                const std::scoped_lock lock(mutex);
-                isFull = isFull || found.size() + mine.size() > room;
-                if (!isFull)
-                    found.insert(found.end(), mine.begin(), mine.end());
-            }
-            catch (const std::bad_alloc&)
-            {
-                const std::scoped_lock lock(mutex);
-                isFull = true;
-            }
-        });
+            for (const BoxPair pair : pairs)
+                if (const float depth = test(pair.first, pair.second); depth > 0)
+                    mine.push_back({std::min(pair.first, pair.second), std::max(pair.first, pair.second), depth});
+            if (mine.empty())
+                return;
+            const std::scoped_lock lock(mutex);
+            isFull = isFull || found.size() + mine.size() > room;
+            if (!isFull)
+                found.insert(found.end(), mine.begin(), mine.end());
+        }
+        catch (const std::bad_alloc&)
+        {
+            const std::scoped_lock lock(mutex);
+            isFull = true;
+        }
+    });
     if (isFull)
         return tooMany(settings);
     if (!isComplete)

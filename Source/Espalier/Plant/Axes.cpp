@@ -6,10 +6,8 @@
 #include <cmath>
 #include <limits>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 /// Start radii by the pipe model. Counts pipes in `startRadii` itself, from the tips down, so nothing is allocated: a
 /// float counts exactly beyond the most segments that Limits allow, and the rounding of pipesPerMetre is invisible.

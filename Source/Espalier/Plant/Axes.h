@@ -6,9 +6,9 @@ struct Skeleton;
 
 /// How radii follow from what a branch carries.
 ///
-/// Leonardo's rule as the pipe model states it (Shinozaki et al. 1964): every tip is a pipe of the tip radius, and where
-/// branches join, r^e = r1^e + r2^e + ... A segment starts with the radius of all it carries, itself included, and
-/// narrows to that of its continuation.
+/// Leonardo's rule as the pipe model states it (Shinozaki et al. 1964): every tip is a pipe of the tip radius, and
+/// where branches join, r^e = r1^e + r2^e + ... A segment starts with the radius of all it carries, itself included,
+/// and narrows to that of its continuation.
 struct PipeModel
 {
     float tipRadius = 0.008f;  ///< Metres, (0, 1]. The start radius of the last segment of a twig.
@@ -25,9 +25,10 @@ struct PipeModel
 /// the first. At a tip, the end radius is half the start radius. Linear time; deterministic.
 void completeAxes(Skeleton& skeleton, const PipeModel& pipes);
 
-/// Pipes in proportion to a plant whose radii nobody has said anything about, so that a plant of metres and one of centimetres
-/// both look right: the tip radius is 3 % of the median length of its last segments, rounded to a tenth of a millimetre, and the
-/// exponent the one in [1.8, 2.6] that brings the trunk nearest to a radius of 3.3 % of the height, as a grown oak has.
+/// Pipes in proportion to a plant whose radii nobody has said anything about, so that a plant of metres and one of
+/// centimetres both look right: the tip radius is 3 % of the median length of its last segments, rounded to a tenth of
+/// a millimetre, and the exponent the one in [1.8, 2.6] that brings the trunk nearest to a radius of 3.3 % of the
+/// height, as a grown oak has.
 [[nodiscard]] PipeModel suggestPipes(const Skeleton& skeleton);
 
 } // namespace espalier

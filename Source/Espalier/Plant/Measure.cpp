@@ -3,10 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 /// A point of the tree that segments start from: where a segment ends, or the base.
 struct Node

@@ -3,10 +3,8 @@
 #include <cmath>
 #include <span>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 void hashAll(Hash64& hash, const std::vector<Vec3>& all)
 {

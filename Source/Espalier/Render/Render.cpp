@@ -205,10 +205,12 @@ float tentOffset(float random)
     return random < 0.5f ? std::sqrt(2 * random) - 1 : 1 - std::sqrt(2 - 2 * random);
 }
 
-/// Where between two bytes a value goes up: an ordered pattern (Bayer 1973) instead of a half, so that the sky shows no bands.
+/// Where between two bytes a value goes up: an ordered pattern (Bayer 1973) instead of a half, so that the sky shows no
+/// bands.
 double ditherAt(std::uint32_t x, std::uint32_t y)
 {
-    constexpr std::array<std::array<double, 4>, 4> kOrder{{{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}}};
+    constexpr std::array<std::array<double, 4>, 4> kOrder{
+        {{0, 8, 2, 10}, {12, 4, 14, 6}, {3, 11, 1, 9}, {15, 7, 13, 5}}};
     return (kOrder[y % 4][x % 4] + 0.5) / 16;
 }
 
@@ -275,11 +277,11 @@ void forEachTask(std::uint32_t count, std::uint32_t threads, const Progress& pro
         task(mine);
         return true;
     };
-    std::vector<std::thread> helpers;
+    std::vector<std::thread> workers;
     try
     {
-        while (helpers.size() + 1 < std::min(threads, count))
-            helpers.emplace_back([&] {
+        while (workers.size() + 1 < std::min(threads, count))
+            workers.emplace_back([&] {
                 while (takeTask())
                     ;
             });
@@ -290,8 +292,8 @@ void forEachTask(std::uint32_t count, std::uint32_t threads, const Progress& pro
     }
     while (takeTask())
         onCaller(std::min(next.load(std::memory_order_relaxed), count));
-    for (std::thread& helper : helpers)
-        helper.join();
+    for (std::thread& worker : workers)
+        worker.join();
 }
 
 Surroundings surroundingsOf(const Shot& shot, const RenderSettings& settings)

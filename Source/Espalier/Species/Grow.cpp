@@ -14,7 +14,10 @@ class DrawingSink final : public DerivationSink
 public:
     DrawingSink(Turtle& turtle, const std::vector<TurtleCommand>& commands) : turtle_(turtle), commands_(commands) {}
 
-    bool module(SymbolId symbol, std::span<const double> arguments) override { return turtle_.apply(commands_[symbol], arguments); }
+    bool module(SymbolId symbol, std::span<const double> arguments) override
+    {
+        return turtle_.apply(commands_[symbol], arguments);
+    }
     void beginInstance(std::uint32_t production, std::uint32_t row) override { turtle_.beginInstance(production, row); }
     void endInstance() override { turtle_.endInstance(); }
 
@@ -27,10 +30,10 @@ private:
 class CountingSink final : public DerivationSink
 {
 public:
-    CountingSink(const std::vector<TurtleCommand>& commands, const std::vector<std::uint64_t>& nameHashes, std::uint32_t mostSegments)
+    CountingSink(const std::vector<TurtleCommand>& commands, const std::vector<std::uint64_t>& nameHashes,
+                 std::uint32_t mostSegments)
         : commands_(commands), nameHashes_(nameHashes), mostSegments_(mostSegments)
-    {
-    }
+    {}
 
     GrowthSample sample;
 
@@ -93,8 +96,10 @@ Expected<Grower> Grower::make(const Species& species)
 }
 
 Grower::Grower(GrammarProgram program, const Species& species)
-    : program_(std::move(program)), commands_(commandsOf(species.grammar)),
-      turtle_{species.grammar.angle, species.grammar.step, species.grammar.width}, window_(species.window), pipes_(species.appearance.pipes)
+    : program_(std::move(program)),
+      commands_(commandsOf(species.grammar)), turtle_{species.grammar.angle, species.grammar.step,
+                                                      species.grammar.width},
+      window_(species.window), pipes_(species.appearance.pipes)
 {
     for (SymbolId id = 0; id < species.grammar.symbols.size(); ++id)
     {
@@ -110,8 +115,8 @@ Expected<bool> Grower::derive(Seed seed, std::uint32_t attempt, const GrowOption
     return espalier::derive(program_, RandomKey(seed).child(attempt), options.budget, scratch.derivation, sink);
 }
 
-Expected<GrowthSample> Grower::sample(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
-                                      std::uint32_t mostSegments) const
+Expected<GrowthSample> Grower::sample(Seed seed, std::uint32_t attempt, const GrowOptions& options,
+                                      GrowScratch& scratch, std::uint32_t mostSegments) const
 {
     CountingSink sink(commands_, nameHashes_, mostSegments);
     const auto done = derive(seed, attempt, options, scratch, sink);

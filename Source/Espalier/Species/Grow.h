@@ -17,7 +17,8 @@ struct GrowOptions
 {
     DerivationBudget budget{.productions = 1u << 20, .depth = 1u << 16, .modules = 4u << 20};
     Limits limits{};
-    std::optional<std::uint32_t> attempt{}; ///< Take this attempt whether it fits the window or not (while a designer edits).
+    std::optional<std::uint32_t>
+        attempt{}; ///< Take this attempt whether it fits the window or not (while a designer edits).
 };
 
 /// Memory that growing needs; reuse it and nothing is allocated after warm-up. One per thread.
@@ -43,27 +44,29 @@ class Grower
 public:
     [[nodiscard]] static Expected<Grower> make(const Species& species);
 
-    /// Grows the tree of `seed` into `skeleton`, axes and radii included. Depth first, without building a word; nothing is
-    /// allocated once `scratch` and `skeleton` are warm. On failure `skeleton` is empty.
-    [[nodiscard]] Expected<void> grow(Seed seed, const GrowOptions& options, GrowScratch& scratch, Skeleton& skeleton) const;
+    /// Grows the tree of `seed` into `skeleton`, axes and radii included. Depth first, without building a word; nothing
+    /// is allocated once `scratch` and `skeleton` are warm. On failure `skeleton` is empty.
+    [[nodiscard]] Expected<void> grow(Seed seed, const GrowOptions& options, GrowScratch& scratch,
+                                      Skeleton& skeleton) const;
 
     /// The attempt that grow takes for `seed`.
-    [[nodiscard]] Expected<std::uint32_t> acceptedAttempt(Seed seed, const GrowOptions& options, GrowScratch& scratch) const;
+    [[nodiscard]] Expected<std::uint32_t> acceptedAttempt(Seed seed, const GrowOptions& options,
+                                                          GrowScratch& scratch) const;
 
     /// Derives one attempt and counts. Leaves off once there are more than `mostSegments`.
-    [[nodiscard]] Expected<GrowthSample> sample(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
-                                                std::uint32_t mostSegments = 0xffffffffu) const;
+    [[nodiscard]] Expected<GrowthSample> sample(Seed seed, std::uint32_t attempt, const GrowOptions& options,
+                                                GrowScratch& scratch, std::uint32_t mostSegments = 0xffffffffu) const;
 
     /// Derives one attempt into a sink of the caller's.
-    [[nodiscard]] Expected<bool> derive(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
-                                        DerivationSink& sink) const;
+    [[nodiscard]] Expected<bool> derive(Seed seed, std::uint32_t attempt, const GrowOptions& options,
+                                        GrowScratch& scratch, DerivationSink& sink) const;
 
 private:
     Grower(GrammarProgram program, const Species& species);
 
     GrammarProgram program_;
-    std::vector<TurtleCommand> commands_;    ///< Of each symbol.
-    std::vector<std::uint64_t> nameHashes_;  ///< Of each symbol: ids depend on the text, names do not.
+    std::vector<TurtleCommand> commands_;   ///< Of each symbol.
+    std::vector<std::uint64_t> nameHashes_; ///< Of each symbol: ids depend on the text, names do not.
     TurtleSettings turtle_;
     std::optional<GrowthWindow> window_;
     PipeModel pipes_;

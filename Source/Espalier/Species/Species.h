@@ -12,17 +12,18 @@
 
 namespace espalier {
 
-/// Which derivations of the grammar are trees of this kind: neither too small nor too large, nor a copy of the one that was
-/// drawn. The first of `attempts` attempts that fits is taken, else the nearest of those that are at most twice too large; so a
-/// seed always gives a tree. Attempts end early when they have used up the budget of four trees together.
+/// Which derivations of the grammar are trees of this kind: neither too small nor too large, nor a copy of the one that
+/// was drawn. The first of `attempts` attempts that fits is taken, else the nearest of those that are at most twice too
+/// large; so a seed always gives a tree. Attempts end early when they have used up the budget of four trees together.
 struct GrowthWindow
 {
     std::uint32_t minSegments = 0;
     std::uint32_t maxSegments = 0xffffffffu;
     std::uint32_t minDepth = 0; ///< In nested template instances.
     std::uint32_t maxDepth = 0xffffffffu;
-    std::uint32_t attempts = 32;       ///< [1, 1024]
-    std::vector<std::uint64_t> copies; ///< Topology hashes of the drawn trees (GrowthSample::topology), which are not grown again.
+    std::uint32_t attempts = 32; ///< [1, 1024]
+    std::vector<std::uint64_t>
+        copies; ///< Topology hashes of the drawn trees (GrowthSample::topology), which are not grown again.
 
     friend bool operator==(const GrowthWindow&, const GrowthWindow&) = default;
 };
@@ -30,13 +31,13 @@ struct GrowthWindow
 /// Where a species came from, for people and tools; growing does not read it.
 struct Provenance
 {
-    std::string method;      ///< The inference preset and its version, such as "kin 1"; empty for hand-written species.
-    std::string archetypes;  ///< Hash of what was drawn, 16 hex digits.
+    std::string method;     ///< The inference preset and its version, such as "kin 1"; empty for hand-written species.
+    std::string archetypes; ///< Hash of what was drawn, 16 hex digits.
     double mergeWeight = 0;
     double ruleWeight = 0;
-    std::uint32_t exemplarSegments = 0;  ///< Mean over the drawn trees.
+    std::uint32_t exemplarSegments = 0; ///< Mean over the drawn trees.
     std::uint32_t exemplarInstances = 0;
-    std::string note;        ///< What the designer should know, such as how many relatives the tree allows.
+    std::string note; ///< What the designer should know, such as how many relatives the tree allows.
 
     friend bool operator==(const Provenance&, const Provenance&) = default;
 };

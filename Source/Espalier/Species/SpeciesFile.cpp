@@ -31,7 +31,9 @@ public:
     Fields& number(std::string_view key, auto& field, double low, double high)
     {
         return read(key, [&](const Value& value) {
-            return value.number(key, low, high).map([&](double v) { field = static_cast<std::remove_reference_t<decltype(field)>>(v); });
+            return value.number(key, low, high).map([&](double v) {
+                field = static_cast<std::remove_reference_t<decltype(field)>>(v);
+            });
         });
     }
     Fields& count(std::string_view key, std::uint32_t& field, std::uint32_t low, std::uint32_t high)
@@ -42,7 +44,8 @@ public:
     }
     Fields& string(std::string_view key, std::string& field)
     {
-        return read(key, [&](const Value& value) { return value.string(key).map([&](std::string_view v) { field = v; }); });
+        return read(key,
+                    [&](const Value& value) { return value.string(key).map([&](std::string_view v) { field = v; }); });
     }
     /// Any other shape: `reader(value)` returns Expected<void>.
     template <class Reader>
@@ -65,7 +68,8 @@ Expected<void> readPair(const Value& value, std::string_view role, std::uint32_t
         return done;
     const std::vector<Value> items = value.items();
     if (items.size() != 2)
-        return value.fail(std::string(role) + " has " + std::to_string(items.size()) + " elements", "the least and the most: [low, high]");
+        return value.fail(std::string(role) + " has " + std::to_string(items.size()) + " elements",
+                          "the least and the most: [low, high]");
     const auto least = items[0].count(role, 0, 0xffffffffu);
     if (!least)
         return tl::make_unexpected(least.error());
@@ -82,7 +86,8 @@ Expected<void> readWindow(const Value& value, GrowthWindow& window)
     if (auto done = value.requireObject("window", {"segments", "depth", "attempts", "copies"}); !done)
         return done;
     return Fields(value)
-        .read("segments", [&](const Value& v) { return readPair(v, "segments", window.minSegments, window.maxSegments); })
+        .read("segments",
+              [&](const Value& v) { return readPair(v, "segments", window.minSegments, window.maxSegments); })
         .read("depth", [&](const Value& v) { return readPair(v, "depth", window.minDepth, window.maxDepth); })
         .count("attempts", window.attempts, 1, 1024)
         .read("copies",
@@ -115,7 +120,8 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance)
             return done;
         const std::vector<Value> items = v.items();
         if (items.size() != 3)
-            return v.fail("the colour has " + std::to_string(items.size()) + " components", "red, green and blue, linear, from 0 to 1");
+            return v.fail("the colour has " + std::to_string(items.size()) + " components",
+                          "red, green and blue, linear, from 0 to 1");
         for (int i = 0; i < 3; ++i)
         {
             const auto component = items[static_cast<std::size_t>(i)].number("a colour component", 0, 1);
@@ -151,8 +157,8 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance)
 
 Expected<void> readProvenance(const Value& value, Provenance& provenance)
 {
-    if (auto done = value.requireObject("provenance", {"method", "archetypes", "mergeWeight", "ruleWeight", "exemplarSegments",
-                                                       "exemplarInstances", "note"});
+    if (auto done = value.requireObject("provenance", {"method", "archetypes", "mergeWeight", "ruleWeight",
+                                                       "exemplarSegments", "exemplarInstances", "note"});
         !done)
         return done;
     return Fields(value)
@@ -167,13 +173,15 @@ Expected<void> readProvenance(const Value& value, Provenance& provenance)
 }
 
 /// Four numbers: a scaling, then three angles.
-Expected<std::array<double, 4>> readTransform(const Value& value, std::string_view role, double mostScaling, const Limits& limits)
+Expected<std::array<double, 4>> readTransform(const Value& value, std::string_view role, double mostScaling,
+                                              const Limits& limits)
 {
     if (auto done = value.requireArray(role); !done)
         return tl::make_unexpected(done.error());
     const std::vector<Value> items = value.items();
     if (items.size() != 4)
-        return value.fail(std::string(role) + " has " + std::to_string(items.size()) + " numbers", "[scaling, rotation, branching angle, roll]");
+        return value.fail(std::string(role) + " has " + std::to_string(items.size()) + " numbers",
+                          "[scaling, rotation, branching angle, roll]");
     std::array<double, 4> values{};
     for (std::size_t i = 0; i < 4; ++i)
     {
@@ -194,7 +202,9 @@ Expected<void> readTable(const Value& value, const Limits& limits, TransformTabl
     return Fields(value)
         .read("spread",
               [&](const Value& v) {
-                  return readTransform(v, "the spread", kMostSpread, limits).map([&](const auto& spread) { table.spread = spread; });
+                  return readTransform(v, "the spread", kMostSpread, limits).map([&](const auto& spread) {
+                      table.spread = spread;
+                  });
               })
         .read("rows",
               [&](const Value& v) -> Expected<void> {
@@ -246,7 +256,8 @@ Expected<void> readGrammar(const Value& value, std::string_view file, const Limi
         text += '\n';
     }
     Limits grammarLimits = limits;
-    grammarLimits.productions = std::max(limits.productions, limits.inferredNodes); // inference may write more than people do
+    grammarLimits.productions =
+        std::max(limits.productions, limits.inferredNodes); // inference may write more than people do
     auto parsed = parseGrammar(text, file, grammarLimits);
     if (!parsed)
     {
@@ -286,7 +297,9 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
     if (!document)
         return tl::make_unexpected(document.error());
     const Value root = document->root();
-    if (auto done = root.requireObject("a species", {"espalier", "version", "name", "grammar", "tables", "window", "appearance", "provenance"}); !done)
+    if (auto done = root.requireObject(
+            "a species", {"espalier", "version", "name", "grammar", "tables", "window", "appearance", "provenance"});
+        !done)
         return tl::make_unexpected(done.error());
     for (const std::string_view key : {"espalier", "version", "grammar"})
         if (const auto value = root.required(key); !value)
@@ -307,8 +320,10 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
                   [](const Value& v) {
                       return v.count("version", 0, 1u << 30).and_then([&](std::uint64_t version) -> Expected<void> {
                           if (version != kVersion)
-                              return v.fail("the file has version " + std::to_string(version) + " of the species format",
-                                            "version " + std::to_string(kVersion), version > kVersion ? "open it with a newer Espalier" : "");
+                              return v.fail("the file has version " + std::to_string(version) +
+                                                " of the species format",
+                                            "version " + std::to_string(kVersion),
+                                            version > kVersion ? "open it with a newer Espalier" : "");
                           return {};
                       });
                   })
@@ -327,7 +342,8 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
     {
         Error error = program.error();
         const std::vector<Value> lines = root["grammar"].items();
-        error.where = error.where.line > 0 && error.where.line <= lines.size() ? lines[error.where.line - 1].where() : root["grammar"].where();
+        error.where = error.where.line > 0 && error.where.line <= lines.size() ? lines[error.where.line - 1].where()
+                                                                               : root["grammar"].where();
         return tl::make_unexpected(error);
     }
     return species;
@@ -335,8 +351,8 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
 
 std::string printSpecies(const Species& species)
 {
-    std::string out = "{\n  \"espalier\": \"species\",\n  \"version\": " + std::to_string(kVersion) + ",\n  \"name\": " + quoteJson(species.name) +
-                      ",\n  \"grammar\": [\n";
+    std::string out = "{\n  \"espalier\": \"species\",\n  \"version\": " + std::to_string(kVersion) +
+                      ",\n  \"name\": " + quoteJson(species.name) + ",\n  \"grammar\": [\n";
     const std::string grammar = printGrammar(species.grammar);
     for (std::size_t start = 0; start < grammar.size();)
     {
@@ -349,7 +365,8 @@ std::string printSpecies(const Species& species)
     for (std::size_t t = 0; t < species.tables.size(); ++t)
     {
         const TransformTable& table = species.tables[t];
-        out += (t == 0 ? "\n    " : ",\n    ") + quoteJson(table.name) + ": {\"spread\": " + transformText(table.spread) + ", \"rows\": [";
+        out += (t == 0 ? "\n    " : ",\n    ") + quoteJson(table.name) +
+               ": {\"spread\": " + transformText(table.spread) + ", \"rows\": [";
         for (std::size_t i = 0; i < table.rows.size(); ++i)
             out += (i == 0 ? "" : ", ") + transformText(table.rows[i]);
         out += "]}";
@@ -358,8 +375,9 @@ std::string printSpecies(const Species& species)
     if (species.window)
     {
         const GrowthWindow& window = *species.window;
-        out += "  \"window\": {\"segments\": " + pair(window.minSegments, window.maxSegments) + ", \"depth\": " +
-               pair(window.minDepth, window.maxDepth) + ", \"attempts\": " + std::to_string(window.attempts) + ", \"copies\": [";
+        out += "  \"window\": {\"segments\": " + pair(window.minSegments, window.maxSegments) +
+               ", \"depth\": " + pair(window.minDepth, window.maxDepth) +
+               ", \"attempts\": " + std::to_string(window.attempts) + ", \"copies\": [";
         for (std::size_t i = 0; i < window.copies.size(); ++i)
             out += (i == 0 ? "\"" : ", \"") + hex(window.copies[i]) + '"';
         out += "]},\n";
@@ -369,15 +387,17 @@ std::string printSpecies(const Species& species)
         return std::string(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
     };
     const Appearance& a = species.appearance;
-    out += "  \"appearance\": {\n    \"pipes\": {\"tipRadius\": " + shortest(a.pipes.tipRadius) + ", \"exponent\": " + shortest(a.pipes.exponent) +
-           ", \"pipesPerMetre\": " + shortest(a.pipes.pipesPerMetre) + "},\n    \"bark\": {\"colour\": [" + shortest(a.bark.colour.x) + ", " +
-           shortest(a.bark.colour.y) + ", " + shortest(a.bark.colour.z) + "], \"roughness\": " + shortest(a.bark.roughness) +
+    out += "  \"appearance\": {\n    \"pipes\": {\"tipRadius\": " + shortest(a.pipes.tipRadius) +
+           ", \"exponent\": " + shortest(a.pipes.exponent) + ", \"pipesPerMetre\": " + shortest(a.pipes.pipesPerMetre) +
+           "},\n    \"bark\": {\"colour\": [" + shortest(a.bark.colour.x) + ", " + shortest(a.bark.colour.y) + ", " +
+           shortest(a.bark.colour.z) + "], \"roughness\": " + shortest(a.bark.roughness) +
            ", \"tile\": " + shortest(a.bark.tile) + "}\n  },\n";
     const Provenance& p = species.provenance;
     out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
            ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
-           ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) + ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) +
-           ", \"note\": " + quoteJson(p.note) + "}\n}\n";
+           ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) +
+           ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) + ", \"note\": " + quoteJson(p.note) +
+           "}\n}\n";
     return out;
 }
 

@@ -7,11 +7,9 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-namespace espalier
-{
+namespace espalier {
 
-namespace
-{
+namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
@@ -234,8 +232,9 @@ TEST(DeterministicMath, AnglesBeyondTheRangeGiveNaN)
 // C's tables of special cases, read off the platform's libm, which must follow them.
 TEST(DeterministicMath, SpecialCasesAreThoseOfC)
 {
-    const auto same = [](double a, double b)
-    { return std::isnan(a) ? std::isnan(b) : a == b && std::signbit(a) == std::signbit(b); };
+    const auto same = [](double a, double b) {
+        return std::isnan(a) ? std::isnan(b) : a == b && std::signbit(a) == std::signbit(b);
+    };
     const double specials[] = {0.0,        -0.0,     1.0,       -1.0,      0.5,        -0.5,       2.0,
                                -2.0,       3.0,      -3.0,      2.5,       -2.5,       1e300,      -1e300,
                                1e-300,     -1e-300,  0x1p53,    -0x1p53,   0x1p53 - 1, 1 - 0x1p53, kSmallest,

@@ -1,11 +1,9 @@
 #include <Espalier/Core/Error.h>
 #include <gtest/gtest.h>
 
-namespace espalier
-{
+namespace espalier {
 
-namespace
-{
+namespace {
 
 TEST(Error, LeavesOutWhatIsEmpty)
 {

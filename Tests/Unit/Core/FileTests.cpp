@@ -9,11 +9,9 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-namespace espalier
-{
+namespace espalier {
 
-namespace
-{
+namespace {
 
 namespace fs = std::filesystem;
 
@@ -233,12 +231,10 @@ TEST_F(File, ReadersSeeOldOrNewNeverAMixture)
 {
     const std::string versions[] = {std::string(50000, 'a'), std::string(70000, 'b')};
     put("f", versions[0]);
-    std::thread writer(
-        [&]
-        {
-            for (int i = 0; i < 40; ++i)
-                ASSERT_TRUE(writeFileAtomically(at("f"), versions[i % 2]));
-        });
+    std::thread writer([&] {
+        for (int i = 0; i < 40; ++i)
+            ASSERT_TRUE(writeFileAtomically(at("f"), versions[i % 2]));
+    });
     for (int i = 0; i < 200; ++i)
     {
         const auto read = readFile(at("f"), 1u << 20);

@@ -8,11 +8,9 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-namespace espalier
-{
+namespace espalier {
 
-namespace
-{
+namespace {
 
 Expected<JsonDocument> parse(std::string text, const Limits& limits = {})
 {

@@ -8,11 +8,9 @@
 #include <numeric>
 #include <vector>
 
-namespace espalier
-{
+namespace espalier {
 
-namespace
-{
+namespace {
 
 constexpr std::uint32_t kMany = 40000;
 constexpr Purpose kPurposes[] = {Purpose::ChooseProduction, Purpose::DrawTransform, Purpose::Expression,
@@ -168,8 +166,9 @@ TEST(Random, PurposesCountersSiblingsAndGenerationsAreIndependent)
 
 TEST(Random, EveryInputBitChangesAboutHalfTheOutputBits)
 {
-    const auto difference = [](RandomKey a, RandomKey b)
-    { return std::popcount(a.bits(Purpose::Sampling) ^ b.bits(Purpose::Sampling)); };
+    const auto difference = [](RandomKey a, RandomKey b) {
+        return std::popcount(a.bits(Purpose::Sampling) ^ b.bits(Purpose::Sampling));
+    };
     for (unsigned bit = 0; bit < 64; ++bit)
     {
         double ofSeeds = 0;

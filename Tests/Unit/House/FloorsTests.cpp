@@ -14,8 +14,7 @@
 #include <string_view>
 #include <vector>
 
-namespace
-{
+namespace {
 
 namespace fs = std::filesystem;
 
@@ -209,8 +208,7 @@ TEST(Floors, NoIncludePointsUp)
 TEST(Floors, TheBuildPutsEachFolderIntoItsLibrary)
 {
     const std::string build = textOf(kSourceFolder / "CMakeLists.txt");
-    const auto listed = [&build](const std::string& variable)
-    {
+    const auto listed = [&build](const std::string& variable) {
         const std::string opening = "set(" + variable + " ";
         const std::size_t start = build.find(opening);
         EXPECT_NE(start, std::string::npos) << variable;

@@ -3,10 +3,8 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 using namespace samples;
 
@@ -113,8 +111,9 @@ TEST(Axes, RandomTreesKeepThePipeModel)
     {
         Skeleton skeleton = randomTree(seed, 80);
         completeAxes(skeleton, kPipes);
-        const auto pipesAt = [&](std::uint32_t i)
-        { return std::pow(static_cast<double>(skeleton.startRadii[i] / kPipes.tipRadius), 2.5); };
+        const auto pipesAt = [&](std::uint32_t i) {
+            return std::pow(static_cast<double>(skeleton.startRadii[i] / kPipes.tipRadius), 2.5);
+        };
         std::vector<double> carried(skeleton.size(), 0);
         for (std::uint32_t i = 1; i < skeleton.size(); ++i)
             carried[skeleton.parents[i]] += pipesAt(i);

@@ -4,10 +4,8 @@
 #include <gtest/gtest.h>
 #include <set>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 using namespace samples;
 
@@ -105,8 +103,7 @@ TEST(Measure, RandomTreesAgreeWithTheRecursiveDefinition)
     for (std::uint64_t seed = 0; seed < 60; ++seed)
     {
         const Skeleton skeleton = randomTree(seed, 70, Ailments::All);
-        const auto childrenOf = [&](std::uint32_t parent)
-        {
+        const auto childrenOf = [&](std::uint32_t parent) {
             std::vector<std::uint32_t> children;
             for (std::uint32_t i = 0; i < skeleton.size(); ++i)
             {
@@ -118,9 +115,8 @@ TEST(Measure, RandomTreesAgreeWithTheRecursiveDefinition)
         std::uint32_t forks = 0;
         std::uint32_t tips = 0;
         std::uint32_t deepest = 0;
-        const std::function<std::uint32_t(std::uint32_t, std::uint32_t)> visit =
-            [&](std::uint32_t at, std::uint32_t depth)
-        {
+        const std::function<std::uint32_t(std::uint32_t, std::uint32_t)> visit = [&](std::uint32_t at,
+                                                                                     std::uint32_t depth) {
             deepest = std::max(deepest, depth);
             const std::vector<std::uint32_t> children = childrenOf(at);
             std::multiset<std::uint32_t> values;

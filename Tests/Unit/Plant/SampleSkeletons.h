@@ -8,8 +8,7 @@
 #include <cmath>
 
 // Skeletons that tests, samples and benchmarks share. None needs a grammar or a turtle.
-namespace espalier::samples
-{
+namespace espalier::samples {
 
 /// Appends a segment with its frame and returns its index. `completeAxes` must follow when all are there. A radius >= 0
 /// is the segment's start radius and needs `widthsGiven`.

@@ -3,10 +3,8 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-namespace espalier
-{
-namespace
-{
+namespace espalier {
+namespace {
 
 using namespace samples;
 
