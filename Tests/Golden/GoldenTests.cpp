@@ -35,6 +35,7 @@ void PrintTo(const Scene& scene, std::ostream* out)
 constexpr Scene kScenes[] = {
     {"ThesisKin", "Thesis.archetype", "kin", 50},
     {"BushKin", "Bush.archetype", "kin", 50},
+    {"OakKin", "Oak.archetype", "kin", 8},
     {"ThesisHelberg", "Thesis.archetype", "helberg", 10},
     {"BushHelberg", "Bush.archetype", "helberg", 10},
 };

@@ -1,6 +1,7 @@
 #include <Espalier/Archetype/Template.h>
 
 #include <Espalier/Core/File.h>
+#include <Espalier/Core/Utf8.h>
 #include <Espalier/Core/Json.h>
 #include <algorithm>
 #include <charconv>

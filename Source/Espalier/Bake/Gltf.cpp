@@ -1,6 +1,7 @@
 #include <Espalier/Bake/Gltf.h>
 
 #include <Espalier/Core/File.h>
+#include <Espalier/Core/Utf8.h>
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
@@ -219,7 +220,7 @@ tinygltf::Value extrasOf(const BakeInfo& info)
     const Value::Object facts{{"species", Value(info.speciesName)},
                               {"speciesHash", Value(hexDigits(info.speciesHash))},
                               {"seed", Value(std::to_string(info.seed.value))},
-                              {"version", Value(1)}};
+                              {"version", Value(std::string(ESPALIER_VERSION))}};
     return Value(Value::Object{{"espalier", Value(facts)}});
 }
 
@@ -229,7 +230,7 @@ Expected<std::string> serialise(const TreeMesh& mesh, const Appearance& appearan
     GltfWriter writer;
     tinygltf::Model& model = writer.model;
     model.asset.version = "2.0";
-    model.asset.generator = "Espalier";
+    model.asset.generator = "Espalier " ESPALIER_VERSION;
     model.buffers.emplace_back();
     model.meshes.push_back(addMesh(mesh, writer));
     model.meshes[0].name = name;

@@ -1,5 +1,6 @@
 #include <Espalier/Core/File.h>
 
+#include <Espalier/Core/Utf8.h>
 #include <algorithm>
 #include <atomic>
 #include <cerrno>
@@ -244,36 +245,6 @@ Expected<void> writeFileAtomically(const fs::path& path, std::string_view bytes)
     if (directory.open(folder, O_RDONLY | O_DIRECTORY) == 0)
         static_cast<void>(directory.flush());
     return {};
-}
-
-std::size_t findInvalidUtf8(std::string_view text) noexcept
-{
-    const auto at = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0u; };
-    const auto continues = [&](std::size_t i) { return (at(i) & 0xc0u) == 0x80u; };
-
-    std::size_t i = 0;
-    while (i < text.size())
-    {
-        const unsigned lead = at(i);
-        if (lead < 0x80)
-        {
-            ++i;
-            continue;
-        }
-        // The second byte's range excludes overlong forms, surrogates and what lies beyond U+10FFFF.
-        const unsigned lowest = lead == 0xe0 ? 0xa0 : lead == 0xf0 ? 0x90 : 0x80;
-        const unsigned highest = lead == 0xed ? 0x9f : lead == 0xf4 ? 0x8f : 0xbf;
-        const std::size_t length = lead < 0xc2 || lead > 0xf4 ? 0 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
-        if (length == 0 || at(i + 1) < lowest || at(i + 1) > highest)
-            return i;
-        for (std::size_t k = 2; k < length; ++k)
-        {
-            if (!continues(i + k))
-                return i;
-        }
-        i += length;
-    }
-    return std::string_view::npos;
 }
 
 } // namespace espalier

@@ -19,7 +19,4 @@ namespace espalier {
 /// one. An old file keeps its permissions, and a read-only one is refused. A symbolic link is followed.
 [[nodiscard]] Expected<void> writeFileAtomically(const std::filesystem::path& path, std::string_view bytes);
 
-/// Byte offset of the first invalid UTF-8 sequence (overlong forms and surrogates are invalid), or npos.
-[[nodiscard]] std::size_t findInvalidUtf8(std::string_view text) noexcept;
-
 } // namespace espalier

@@ -1,5 +1,6 @@
-#include <Espalier/Core/File.h>
 #include <Espalier/Core/Json.h>
+
+#include <Espalier/Core/Utf8.h>
 
 #include <algorithm>
 #include <cassert>

@@ -1,7 +1,7 @@
 #include <Espalier/Grammar/Grammar.h>
 
-#include <Espalier/Core/File.h>
 #include <Espalier/Core/Json.h>
+#include <Espalier/Core/Utf8.h>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -33,51 +33,12 @@ struct Mistake
     ErrorKind kind = ErrorKind::BadInput;
 };
 
-std::string toUtf8(std::u32string_view text)
+/// Reading the Unicode minus as `-`.
+std::u32string letters(std::string_view text)
 {
-    std::string out;
-    for (const char32_t c : text)
-    {
-        if (c < 0x80)
-            out += static_cast<char>(c);
-        else if (c < 0x800)
-        {
-            out += static_cast<char>(0xc0 | (c >> 6));
-            out += static_cast<char>(0x80 | (c & 0x3f));
-        }
-        else if (c < 0x10000)
-        {
-            out += static_cast<char>(0xe0 | (c >> 12));
-            out += static_cast<char>(0x80 | ((c >> 6) & 0x3f));
-            out += static_cast<char>(0x80 | (c & 0x3f));
-        }
-        else
-        {
-            out += static_cast<char>(0xf0 | (c >> 18));
-            out += static_cast<char>(0x80 | ((c >> 12) & 0x3f));
-            out += static_cast<char>(0x80 | ((c >> 6) & 0x3f));
-            out += static_cast<char>(0x80 | (c & 0x3f));
-        }
-    }
-    return out;
-}
-
-/// Decodes valid UTF-8, reading the Unicode minus as `-`.
-std::u32string fromUtf8(std::string_view text)
-{
-    std::u32string out;
-    out.reserve(text.size());
-    for (std::size_t i = 0; i < text.size();)
-    {
-        const auto lead = static_cast<unsigned char>(text[i]);
-        const std::size_t length = lead < 0x80 ? 1 : lead < 0xe0 ? 2 : lead < 0xf0 ? 3 : 4;
-        char32_t c = length == 1 ? lead : static_cast<char32_t>(lead & (0xff >> (length + 1)));
-        for (std::size_t k = 1; k < length; ++k)
-            c = (c << 6) | (static_cast<unsigned char>(text[i + k]) & 0x3f);
-        out += c == U'\u2212' ? U'-' : c;
-        i += length;
-    }
-    return out;
+    std::u32string all = fromUtf8(text);
+    std::ranges::replace(all, U'\u2212', U'-');
+    return all;
 }
 
 bool isDigit(char32_t c)
@@ -576,7 +537,7 @@ private:
         for (std::size_t start = 0; start <= text.size() && errors_.size() < kMostErrors;)
         {
             const std::size_t end = std::min(text.find('\n', start), text.size());
-            const std::u32string decoded = fromUtf8(text.substr(start, end - start));
+            const std::u32string decoded = letters(text.substr(start, end - start));
             start = end + 1;
             ++lineNumber_;
             const std::u32string_view whole = decoded;
@@ -637,7 +598,7 @@ private:
             if (grammar_.longSymbols.size() >= limits_.productions)
                 throw Mistake{column, "more than " + std::to_string(limits_.productions) + " declared symbols",
                               "at most the limit productions", ErrorKind::Limit};
-            longSymbols_.add(fromUtf8(name));
+            longSymbols_.add(letters(name));
             grammar_.longSymbols.push_back(std::move(name));
         }
     }

@@ -108,7 +108,8 @@ Expected<void> classKin(InferenceContext& context)
 
     context.classes = std::move(chosen.classes);
     Species& species = context.species;
-    species.window = std::move(chosen.window);
+    if (context.classes.weight > 0) // where nothing may change, the drawn trees themselves are what is wanted
+        species.window = std::move(chosen.window);
     const auto level = std::ranges::find(levels, context.classes.level);
     species.provenance.mergeWeight = context.classes.weight;
     species.provenance.ruleWeight =
@@ -132,11 +133,13 @@ Expected<void> estimateKin(InferenceContext& context)
 {
     Species& species = context.species;
     writeKinGrammar(context.exemplars.library, context.limbs, context.classes, species);
-    const GrowthWindow& window = *species.window;
     context.summary = std::to_string(species.grammar.productions.size()) + " productions over " +
-                      std::to_string(species.tables.size()) + " tables of observed transforms; accepted are " +
-                      std::to_string(window.minSegments) + " to " + std::to_string(window.maxSegments) + " segments, " +
-                      std::to_string(window.minDepth) + " to " + std::to_string(window.maxDepth) + " instances deep";
+                      std::to_string(species.tables.size()) + " tables of observed transforms";
+    if (species.window)
+        context.summary += "; accepted are " + std::to_string(species.window->minSegments) + " to " +
+                           std::to_string(species.window->maxSegments) + " segments, " +
+                           std::to_string(species.window->minDepth) + " to " +
+                           std::to_string(species.window->maxDepth) + " instances deep";
     context.grammarText = printGrammar(species.grammar);
     return {};
 }

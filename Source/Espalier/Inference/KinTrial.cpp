@@ -214,8 +214,7 @@ Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
 
     KinTrial trial;
     trial.classes = std::move(classes);
-    // Where nothing may change, the drawn trees themselves are what is wanted.
-    trial.window = windowFor(samples, segments_, depth_, weight == 0 ? std::vector<std::uint64_t>{} : *drawn_);
+    trial.window = windowFor(samples, segments_, depth_, *drawn_);
     std::set<std::uint64_t> topologies;
     std::vector<std::vector<std::uint64_t>> shapes; // of the accepted
     const std::vector<std::uint32_t> labels = labelsOf(species);

@@ -33,17 +33,42 @@ float smoothStep(float low, float high, float x)
     return t * t * (3 - 2 * t);
 }
 
-/// Height of the bark in [0, 1] at `uv`.
-float barkHeight(Vec2 uv)
+constexpr std::uint32_t kRidges = 14; // in one repeat round the axis
+
+/// Where `uv` lies across the ridges: furrows run at whole numbers, all along the axis. The shifts change by less than
+/// kRidges per repeat round the axis (1.5 * frequency * amplitude each), so that the sum always grows: furrows wander,
+/// but close no loops.
+float acrossRidges(Vec2 uv)
 {
-    const float waver = smoothNoise({uv.x * 4, uv.y * 2.3f}, 4) - 0.5f;
-    const float plates = smoothNoise({uv.x * 13 + 1.3f * waver, uv.y * 1.5f + 7.3f}, 13);
-    const float ridges = smoothNoise({uv.x * 23 + waver, uv.y * 3.3f + 1.9f}, 23);
-    const float grain = smoothNoise({uv.x * 61, uv.y * 11.0f + 3.7f}, 61);
-    // Furrows run where a smooth field crosses its middle: connected, wavering lines, as bark tears.
-    const float furrow = smoothStep(0.0f, 0.34f, std::abs(2 * plates - 1));
-    const float crack = smoothStep(0.0f, 0.5f, std::abs(2 * ridges - 1));
-    return 0.55f * furrow + 0.27f * crack + 0.18f * grain;
+    const float wander = smoothNoise({uv.x * 2, uv.y * 0.9f}, 2) - 0.5f;
+    const float wobble = smoothNoise({uv.x * 7, uv.y * 3.1f + 5.3f}, 7) - 0.5f;
+    const float tear = smoothNoise({uv.x * 28, uv.y * 17 + 2.1f}, 28) - 0.5f;
+    return uv.x * static_cast<float>(kRidges) + 1.8f * wander + 0.5f * wobble + 0.07f * tear;
+}
+
+/// Height of the bark in [0, 1] at `uv`; `age` in [0, 1] widens the furrows.
+float barkHeight(Vec2 at, float age)
+{
+    const Vec2 uv(wrapped(at.x, 1), wrapped(at.y, kWrap));
+    const float across = acrossRidges(uv);
+    const float furrow = std::floor(across + 0.5f); // the nearest one
+    const float distance = std::abs(across - furrow);
+    // Furrows deepen and fade out along their way, which breaks and joins the ridges between them.
+    const float depth = smoothStep(0.22f, 0.62f, smoothNoise({furrow + 1, uv.y * 2.3f}, kRidges));
+    const float width = std::lerp(0.12f, 0.2f + 0.22f * depth, age);
+    const float ridge = smoothStep(0.15f * width, width, distance);
+
+    // Cracks across a ridge part it into plates, at heights of its own.
+    const float number = std::floor(across) + 1;
+    const auto column = static_cast<std::uint32_t>(wrapped(number, kRidges));
+    const float slant = 0.5f * (across - std::floor(across)) * (2 * latticeValue(column, 7919) - 1);
+    const float along = uv.y * 4.2f + 4 * latticeValue(column, 4801) + slant;
+    const float crackAt = std::floor(along + 0.5f);
+    const float open = latticeValue(column, static_cast<std::uint32_t>(crackAt) + 9973);
+    const float crack = open * open * (1 - smoothStep(0, 0.17f, std::abs(along - crackAt))) * ridge;
+
+    const float grain = smoothNoise({4 * across, uv.y * 19 + 3.7f}, 4 * kRidges);
+    return std::max(0.0f, std::lerp(1.0f, ridge, 0.3f + 0.7f * depth) * 0.74f - 0.42f * crack + 0.26f * grain);
 }
 
 } // namespace
@@ -72,13 +97,13 @@ BarkRelief barkRelief(Vec2 uv, Vec2 metresPerRepeat) noexcept
     constexpr float kSmoothRepeat = 0.08f; // metres round a twig that shows no bark yet
     constexpr float kRoughRepeat = 0.45f;
     const float age = smoothStep(kSmoothRepeat, kRoughRepeat, metresPerRepeat.x);
-    const float height = barkHeight(uv);
+    const float height = barkHeight(uv, age);
     BarkRelief relief;
     relief.shade = std::lerp(0.92f + 0.16f * height, 0.30f + 1.05f * height, age);
     if (age > 0)
     {
-        relief.slope.x = (barkHeight({uv.x + kStep, uv.y}) - height) / (kStep * metresPerRepeat.x);
-        relief.slope.y = (barkHeight({uv.x, uv.y + kStep}) - height) / (kStep * metresPerRepeat.y);
+        relief.slope.x = (barkHeight({uv.x + kStep, uv.y}, age) - height) / (kStep * metresPerRepeat.x);
+        relief.slope.y = (barkHeight({uv.x, uv.y + kStep}, age) - height) / (kStep * metresPerRepeat.y);
         relief.slope *= kDepth * age;
     }
     return relief;

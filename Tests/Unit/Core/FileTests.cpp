@@ -1,4 +1,5 @@
 #include <Espalier/Core/File.h>
+#include <Espalier/Core/Utf8.h>
 #include <csignal>
 #include <fstream>
 #include <gtest/gtest.h>
