@@ -10,7 +10,7 @@ packages=(g++ make cmake libglm-dev libtinygltf-dev libembree-dev libtbb-dev nlo
 case "${1:-}" in
     "") ;;
     --tests)
-        packages+=(libgtest-dev libbenchmark-dev clang libclang-rt-14-dev)
+        packages+=(libgtest-dev libbenchmark-dev clang libclang-rt-14-dev clang-format)
         # Debian's npm brings 500 MB; a Node.js from elsewhere serves as well.
         if ! command -v node > /dev/null || ! command -v npm > /dev/null; then
             packages+=(nodejs npm ca-certificates)
@@ -23,8 +23,9 @@ case "${1:-}" in
 esac
 
 if ! command -v dpkg-query > /dev/null || ! command -v apt-get > /dev/null; then
-    echo "This script knows Debian's packages only. Elsewhere install what they hold by hand: ${packages[*]}" >&2
-    exit 1
+    echo "Warning: this script knows Debian's packages only and installs nothing here. CMake will say what is missing of" \
+        "what they hold: ${packages[*]}" >&2
+    exit 0
 fi
 
 missing=()
@@ -40,11 +41,13 @@ fi
 
 as_root=()
 if [ "$(id -u)" -ne 0 ]; then
-    if ! command -v sudo > /dev/null; then
-        echo "Not root, and no sudo here. As root run: apt-get install --no-install-recommends ${missing[*]}" >&2
+    # Without -n a sudo that wants a password would wait for one.
+    as_root=(sudo -n)
+    if ! "${as_root[@]}" true 2> /dev/null; then
+        echo "Neither root nor a sudo that needs no password. As root run:" >&2
+        echo "    apt-get update && apt-get install --no-install-recommends ${missing[*]}" >&2
         exit 1
     fi
-    as_root=(sudo)
 fi
 echo "Installing ${#missing[@]} of ${#packages[@]} packages: ${missing[*]}"
 "${as_root[@]}" apt-get update -q

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds and tests everything, and closes with the line "N passed, N failed". Asks nothing.
 #   Tests/run.sh           all tests optimised and under sanitizers, the same bits from each compiler, the quickstart,
-#                          its GLB files in the Khronos validator
+#                          GLB files in the Khronos validator, the sources' format
 #   Tests/run.sh --quick   all tests optimised, nothing else
 #   Tests/run.sh --fuzz    each fuzz target for 30 seconds, nothing else
 set -uo pipefail
@@ -85,6 +85,13 @@ install_validator()
     exit 1
 )
 
+# The sources are formatted as .clang-format says.
+check_format()
+{
+    find Source Tests Samples \( -name '*.h' -o -name '*.cpp' \) -not -path '*/node_modules/*' -print0 |
+        xargs -0 clang-format --dry-run -Werror && passed=$((passed + 1))
+}
+
 # Trees of both presets, for the validator.
 bake_trees()
 (
@@ -92,10 +99,10 @@ bake_trees()
     mkdir -p Build/release/Trees || exit
     for archetype in Content/*.archetype; do
         name=Build/release/Trees/$(basename "$archetype" .archetype)
-        for preset in kin helberg; do
-            Build/release/bin/espalier infer "$archetype" --preset $preset -o "$name-$preset.species" || exit
-            Build/release/bin/espalier grow "$name-$preset.species" --seed 1..25 -o "$name-$preset.glb" || exit
-        done
+        while read -r preset seeds; do
+            Build/release/bin/espalier infer "$archetype" --preset "$preset" -o "$name-$preset.species" || exit
+            Build/release/bin/espalier grow "$name-$preset.species" --seed "$seeds" -o "$name-$preset.glb" || exit
+        done <<< $'kin 1..50\nhelberg 1..10'
     done
 )
 
@@ -132,15 +139,19 @@ esac
 
 must "Install what is missing" bash Samples/install.sh --tests
 if [ "${1:-}" = --fuzz ]; then
-    must "Build, preset fuzz" build fuzz espalier_fuzzers
-    for target in Tests/Fuzz/Fuzz*.cpp; do
-        target=$(basename "$target" .cpp)
-        must "Fuzz $target" fuzz "$target"
-    done
+    if step "Build, preset fuzz" build fuzz espalier_fuzzers; then
+        for target in Tests/Fuzz/Fuzz*.cpp; do
+            target=$(basename "$target" .cpp)
+            must "Fuzz $target" fuzz "$target"
+        done
+    else
+        failed=$((failed + 1))
+    fi
 else
     suite release all
 fi
 if [ $# -eq 0 ]; then
+    must "Check the format" check_format
     suite asan all
     suite debug espalier_golden -L golden
     suite clang espalier_golden -L golden

@@ -42,6 +42,20 @@ T orFail(Expected<T> expected)
         return std::move(*expected);
 }
 
+/// The value, or the Failure that tells of its error in the species' file, whose grammar's line it names.
+template <class T>
+T orFailIn(const std::string& path, Expected<T> expected)
+{
+    if (!expected && expected.error().where.file.empty())
+    {
+        Error& error = expected.error();
+        if (error.where.line > 0)
+            error.what = "line " + std::to_string(error.where.line) + " of the grammar: " + error.what;
+        error.where = {path, 0, 0};
+    }
+    return orFail(std::move(expected));
+}
+
 /// `--seed N` or `--seed A..B`.
 struct SeedRange
 {

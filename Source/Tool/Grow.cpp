@@ -35,7 +35,7 @@ void growTrees(const GrowCommand& command)
     for (std::uint64_t i = 0; i < range.count(); ++i)
     {
         info.seed = Seed{range.first + i};
-        orFail(grower.grow(info.seed, {}, growScratch, skeleton));
+        orFailIn(command.species, grower.grow(info.seed, {}, growScratch, skeleton));
         meshOrFail(skeleton, species.appearance.bark, "seed " + std::to_string(info.seed.value), command.species,
                    tubeScratch, mesh);
         const std::filesystem::path path = numberedPath(command.output, info.seed.value, range.isRange);

@@ -1,6 +1,7 @@
 #include "Command.h"
 
 #include <Espalier/Inference/Inference.h>
+#include <cmath>
 #include <iostream>
 #include <memory>
 
@@ -24,6 +25,9 @@ void infer(const InferOptions& options)
 {
     if (options.output.empty() && !options.trace)
         failUsage("infer: expected -o S.species, or --trace to see the grammar only");
+    for (const std::optional<double>& weight : {options.mergeWeight, options.ruleWeight})
+        if (weight && !std::isfinite(*weight))
+            failUsage("infer: expected a weight from 0 to 1");
     std::vector<Archetype> archetypes;
     for (const std::string& path : options.archetypes)
     {

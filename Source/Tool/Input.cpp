@@ -33,11 +33,12 @@ void PlantInput::eachPlant(const std::function<void(const Plant&)>& use) const
     if (kindOf(path) == InputKind::Archetype)
     {
         const Archetype archetype = templates.load(path);
-        const std::size_t trees = anchorsOf(archetype).roots.size();
+        const ArchetypeDrawer drawer(archetype);
+        const std::size_t trees = drawer.trees();
         for (std::size_t tree = 0; tree < trees; ++tree)
         {
             plant.label = trees == 1 ? "archetype" : "archetype " + std::to_string(tree + 1);
-            plant.skeleton = orFail(drawArchetype(archetype, tree));
+            orFailIn(path, drawer.draw(tree, {}, plant.skeleton));
             completeAxes(plant.skeleton, suggestPipes(plant.skeleton));
             use(plant);
         }
@@ -50,7 +51,7 @@ void PlantInput::eachPlant(const std::function<void(const Plant&)>& use) const
     {
         plant.seed = range.first + i;
         plant.label = "seed " + std::to_string(*plant.seed);
-        orFail(grower.grow(Seed{*plant.seed}, {}, scratch, plant.skeleton));
+        orFailIn(path, grower.grow(Seed{*plant.seed}, {}, scratch, plant.skeleton));
         use(plant);
     }
 }

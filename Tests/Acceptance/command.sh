@@ -52,7 +52,7 @@ if [ "$(stat -c %s Oak.species)" -ge 65536 ]; then
     failures=$((failures + 1))
 fi
 "$espalier" infer "$content/Thesis.archetype" --preset helberg --rule-weight 0.5 --merge-weight 0.5 --trace |
-    awk '/^# generalize/ { exit } /->/' > rules.txt
+    awk '/^# generalize/ { exit } / -> /' > rules.txt
 same "the published rules, inferred and compressed" rules.txt "$(dirname "${BASH_SOURCE[0]}")/thesis-rules.txt"
 
 expect "a range is an array" 0 "[" "$espalier" measure Thesis.species --seed 3..4 --json

@@ -3,6 +3,7 @@
 #include <Espalier/Core/File.h>
 #include <Espalier/Core/Json.h>
 #include <algorithm>
+#include <map>
 
 namespace espalier {
 
@@ -22,32 +23,20 @@ constexpr std::uint64_t kVersion = 1;
 
 Expected<void> readHeader(const JsonDocument::Value& root)
 {
-    if (auto done = root.requireObject("an archetype", {"espalier", "version", "library", "trees"}); !done)
+    if (auto done = root.requireFormat("archetype", kVersion); !done)
         return done;
-    const auto kind = root.required("espalier");
-    if (!kind)
-        return tl::make_unexpected(kind.error());
-    std::string_view text;
-    ESPALIER_READ(text, kind->string("espalier"));
-    if (text != "archetype")
-        return kind->fail("this is the file of a " + std::string(text), "\"espalier\": \"archetype\"");
-    const auto version = root.required("version");
-    if (!version)
-        return tl::make_unexpected(version.error());
-    std::uint64_t number = 0;
-    ESPALIER_READ(number, version->count("version", 0, 1u << 30));
-    if (number != kVersion)
-        return version->fail("the file has version " + std::to_string(number) + " of the archetype format",
-                             "version " + std::to_string(kVersion),
-                             number > kVersion ? "open it with a newer Espalier" : "");
-    return {};
+    return root.requireObject("an archetype", {"espalier", "version", "library", "trees"});
 }
 
 /// Reads NODEs depth first with a stack of its own, so that nesting costs no call stack.
 class TreeReader
 {
 public:
-    TreeReader(Archetype& archetype, const Limits& limits) : archetype_(archetype), limits_(limits) {}
+    TreeReader(Archetype& archetype, const Limits& limits) : archetype_(archetype), limits_(limits)
+    {
+        for (std::uint32_t i = 0; i < archetype.library.templates.size(); ++i)
+            pieces_.emplace(archetype.library.templates[i].name, i);
+    }
 
     Expected<void> read(const JsonDocument::Value& root)
     {
@@ -81,7 +70,7 @@ private:
             return failure(ErrorKind::Limit, value.where(),
                            "the archetype has more than " + std::to_string(limits_.nodes) + " instances",
                            "at most the limit nodes");
-        const auto name = value.required("template");
+        const auto name = value.required("template", "the name of a template");
         if (!name)
             return tl::make_unexpected(name.error());
         std::string_view text;
@@ -89,11 +78,12 @@ private:
         TemplateInstance instance;
         instance.parent = next.parent;
         instance.anchor = next.anchor;
-        const std::size_t piece = archetype_.library.find(text);
-        if (piece == archetype_.library.templates.size())
-            return name->fail("the library " + archetype_.libraryName + " has no template " + quoteJson(text),
+        const auto found = pieces_.find(text);
+        if (found == pieces_.end())
+            return name->fail("the library " + quoteJson(shortened(archetype_.libraryName)) + " has no template " +
+                                  quoteJson(shortened(text)),
                               "one of " + templateNames());
-        instance.piece = static_cast<std::uint32_t>(piece);
+        instance.piece = found->second;
 
         InstanceTransform& transform = instance.transform;
         if (const auto scaling = value["scaling"]; scaling.exists())
@@ -112,7 +102,7 @@ private:
 
         const auto index = static_cast<std::uint32_t>(archetype_.instances.size());
         archetype_.instances.push_back(instance);
-        return children(value["children"], index, archetype_.library.templates[piece]);
+        return children(value["children"], index, archetype_.library.templates[instance.piece]);
     }
 
     Expected<void> children(const JsonDocument::Value& value, std::uint32_t parent, const Template& piece)
@@ -127,13 +117,10 @@ private:
             const std::size_t anchor = child.key().size() == 1 ? piece.anchors.find(child.key()[0]) : std::string::npos;
             if (anchor == std::string::npos)
             {
-                Error error = child
-                                  .fail("the template " + piece.name + " has no anchor " + quoteJson(child.key()),
-                                        piece.anchors.empty() ? "no children, for it has no anchors"
-                                                              : "one of its anchors: " + spaced(piece.anchors))
-                                  .value();
-                error.where = child.whereKey();
-                return tl::make_unexpected(error);
+                return failure(ErrorKind::BadInput, child.whereKey(),
+                               "the template " + piece.name + " has no anchor " + quoteJson(shortened(child.key())),
+                               piece.anchors.empty() ? "no children, for it has no anchors"
+                                                     : "one of its anchors: " + spaced(piece.anchors));
             }
             if (!child.isNull())
                 pending_.push_back({child, parent, static_cast<std::uint32_t>(anchor)});
@@ -162,6 +149,7 @@ private:
 
     Archetype& archetype_;
     const Limits& limits_;
+    std::map<std::string, std::uint32_t, std::less<>> pieces_; ///< Templates by name.
     std::vector<Pending> pending_;
 };
 
@@ -177,11 +165,11 @@ Expected<Archetype> readTrees(const JsonDocument& document, const TemplateLibrar
 {
     Archetype archetype;
     archetype.library = library;
-    const auto name = document.root().required("library");
+    const auto name = document.root().required("library", "\"name.templates\"");
     if (!name)
         return tl::make_unexpected(name.error());
     ESPALIER_READ(archetype.libraryName, name->string("library"));
-    const auto trees = document.root().required("trees");
+    const auto trees = document.root().required("trees", "an array of template instances");
     if (!trees)
         return tl::make_unexpected(trees.error());
     if (auto done = trees->requireArray("trees"); !done)
@@ -206,7 +194,7 @@ Expected<std::filesystem::path> findLibrary(const JsonDocument::Value& value,
                         name.find('\0') != std::string_view::npos ||
                         std::ranges::find(relative, std::filesystem::path("..")) != relative.end();
     if (leaves)
-        return value.fail("the library path " + quoteJson(name) + " leaves the folders it is looked up in",
+        return value.fail("the library path " + quoteJson(shortened(name)) + " leaves the folders it is looked up in",
                           "a file name such as \"broadleaf.templates\", beside the archetype or in a template folder");
     std::vector<std::filesystem::path> candidates{archetypePath.parent_path()};
     candidates.insert(candidates.end(), folders.templates.begin(), folders.templates.end());
@@ -214,12 +202,12 @@ Expected<std::filesystem::path> findLibrary(const JsonDocument::Value& value,
     for (const std::filesystem::path& folder : candidates)
     {
         std::error_code ignored;
-        if (std::filesystem::path path = folder / relative; std::filesystem::exists(path, ignored))
+        if (std::filesystem::path path = folder / relative; std::filesystem::is_regular_file(path, ignored))
             return path;
         searched += (searched.empty() ? "" : ", ") + (folder.empty() ? "." : folder.string());
     }
-    return value.fail("the library " + quoteJson(name) + " is not found in " + searched, "an existing template library",
-                      "name further folders with --templates");
+    return value.fail("the library " + quoteJson(shortened(name)) + " is not found in " + searched,
+                      "an existing template library", "name further folders with --templates");
 }
 
 } // namespace
@@ -246,7 +234,7 @@ Expected<Archetype> loadArchetype(const std::filesystem::path& path, const Arche
         return tl::make_unexpected(document.error());
     if (auto done = readHeader(document->root()); !done)
         return tl::make_unexpected(done.error());
-    const auto name = document->root().required("library");
+    const auto name = document->root().required("library", "\"name.templates\"");
     if (!name)
         return tl::make_unexpected(name.error());
     const auto libraryPath = findLibrary(*name, path, folders);
@@ -264,7 +252,7 @@ std::string printArchetype(const Archetype& archetype)
     std::string out = "{\n  \"espalier\": \"archetype\",\n  \"version\": " + std::to_string(kVersion) +
                       ",\n  \"library\": " + quoteJson(archetype.libraryName) + ",\n  \"trees\": [\n";
 
-    // A node, then its children behind it: a stack of instances, with null for "close the object here".
+    // A node, then its children behind it: a stack of instances, each with the next anchor to look at.
     struct Step
     {
         std::uint32_t instance;

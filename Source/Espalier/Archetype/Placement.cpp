@@ -64,17 +64,16 @@ double parameterValue(const PlacedModule& module, const InstanceTransform& trans
     return 0;
 }
 
-Expected<Skeleton> drawArchetype(const Archetype& archetype, std::size_t tree, const Limits& limits)
+ArchetypeDrawer::ArchetypeDrawer(const Archetype& archetype) : archetype_(archetype), anchors_(anchorsOf(archetype))
 {
-    const AnchorTable anchors = anchorsOf(archetype);
-    if (tree >= anchors.roots.size())
-        return failure(ErrorKind::BadInput, {}, "the archetype has no tree number " + std::to_string(tree + 1),
-                       "one of its " + std::to_string(anchors.roots.size()));
-    std::vector<std::vector<PlacedModule>> placed;
-    for (const Template& piece : archetype.library.templates)
-        placed.push_back(placeTemplate(piece));
+    placed_.resize(archetype.library.templates.size());
+    for (const TemplateInstance& instance : archetype.instances)
+        if (placed_[instance.piece].empty())
+            placed_[instance.piece] = placeTemplate(archetype.library.templates[instance.piece]);
+}
 
-    Skeleton skeleton;
+Expected<void> ArchetypeDrawer::draw(std::size_t tree, const Limits& limits, Skeleton& skeleton) const
+{
     TurtleScratch scratch;
     Turtle turtle(TurtleSettings{}, limits, scratch, skeleton);
     struct Frame
@@ -84,15 +83,15 @@ Expected<Skeleton> drawArchetype(const Archetype& archetype, std::size_t tree, c
     };
     std::vector<Frame> frames;
     const auto enter = [&](std::uint32_t instance) {
-        turtle.beginInstance(archetype.instances[instance].piece, instance);
+        turtle.beginInstance(archetype_.instances[instance].piece, instance);
         frames.push_back({instance, 0});
     };
-    enter(anchors.roots[tree]);
+    enter(anchors_.roots[tree]);
     while (!frames.empty())
     {
         Frame& frame = frames.back();
-        const TemplateInstance& instance = archetype.instances[frame.instance];
-        const std::vector<PlacedModule>& word = placed[instance.piece];
+        const TemplateInstance& instance = archetype_.instances[frame.instance];
+        const std::vector<PlacedModule>& word = placed_[instance.piece];
         if (frame.position == word.size())
         {
             turtle.endInstance();
@@ -102,7 +101,7 @@ Expected<Skeleton> drawArchetype(const Archetype& archetype, std::size_t tree, c
         const PlacedModule& module = word[frame.position++];
         if (module.anchor != kNoAnchor)
         {
-            const std::uint32_t child = anchors.children[anchors.firstChild[frame.instance] + module.anchor];
+            const std::uint32_t child = anchors_.children[anchors_.firstChild[frame.instance] + module.anchor];
             if (child != kNoInstance)
                 enter(child);
             continue;
@@ -112,7 +111,17 @@ Expected<Skeleton> drawArchetype(const Archetype& archetype, std::size_t tree, c
         if (!turtle.apply(module.command, {&value, hasValue ? 1u : 0u}))
             break;
     }
-    if (auto done = turtle.finish(); !done)
+    return turtle.finish();
+}
+
+Expected<Skeleton> drawArchetype(const Archetype& archetype, std::size_t tree, const Limits& limits)
+{
+    const ArchetypeDrawer drawer(archetype);
+    if (tree >= drawer.trees())
+        return failure(ErrorKind::BadInput, {}, "the archetype has no tree number " + std::to_string(tree + 1),
+                       "one of its " + std::to_string(drawer.trees()));
+    Skeleton skeleton;
+    if (auto done = drawer.draw(tree, limits, skeleton); !done)
         return tl::make_unexpected(done.error());
     return skeleton;
 }

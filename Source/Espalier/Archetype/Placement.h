@@ -35,8 +35,26 @@ struct PlacedModule
 /// archetype and writing a grammar both read it, so they agree to the bit.
 [[nodiscard]] std::vector<PlacedModule> placeTemplate(const Template& piece);
 
-/// The parameter's value for one transform. Requires a source other than None.
+/// The parameter's value for one transform; without a source, `number`.
 [[nodiscard]] double parameterValue(const PlacedModule& module, const InstanceTransform& transform) noexcept;
+
+/// Draws the trees of a valid archetype, which must outlive it. For those who draw several: what the trees share is
+/// worked out once.
+class ArchetypeDrawer
+{
+public:
+    explicit ArchetypeDrawer(const Archetype& archetype);
+
+    [[nodiscard]] std::size_t trees() const noexcept { return anchors_.roots.size(); }
+
+    /// As drawArchetype, into `skeleton`. Requires tree < trees().
+    [[nodiscard]] Expected<void> draw(std::size_t tree, const Limits& limits, Skeleton& skeleton) const;
+
+private:
+    const Archetype& archetype_;
+    AnchorTable anchors_;
+    std::vector<std::vector<PlacedModule>> placed_; ///< Of each template that occurs.
+};
 
 /// The skeleton of tree number `tree` of a valid archetype, without axes and radii (completeAxes adds them).
 /// An instance record's production is the template's index, its row the instance's.

@@ -1,8 +1,8 @@
 #include <Espalier/Archetype/Template.h>
 
 #include <Espalier/Core/File.h>
-#include <Espalier/Core/Utf8.h>
 #include <Espalier/Core/Json.h>
+#include <Espalier/Core/Utf8.h>
 #include <algorithm>
 #include <charconv>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include <Espalier/Bake/Gltf.h>
 
 #include <Espalier/Core/File.h>
+#include <Espalier/Core/Hash.h>
 #include <Espalier/Core/Utf8.h>
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Species/Appearance.h>
@@ -94,14 +95,6 @@ Expected<void> checkMesh(const TreeMesh& mesh)
     if (covered != mesh.indices.size())
         return bad("its parts do not cover its triangles in order");
     return {};
-}
-
-std::string hexDigits(std::uint64_t value)
-{
-    std::string digits(16, '0');
-    for (std::size_t i = digits.size(); i-- > 0; value >>= 4)
-        digits[i] = "0123456789abcdef"[value & 0xf];
-    return digits;
 }
 
 /// Builds one glTF model: every array becomes a view of the only buffer.

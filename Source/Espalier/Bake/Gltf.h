@@ -11,7 +11,8 @@ struct Appearance;
 struct TreeMesh;
 
 /// What a baked tree says of itself: names in the scene, and `extras` of its node:
-/// `{"espalier": {"species": name, "speciesHash": "00c0ffee00c0ffee", "seed": "42", "version": "0.1.0"}}`, the version being Espalier's.
+/// `{"espalier": {"species": name, "speciesHash": "00c0ffee00c0ffee", "seed": "42", "version": "0.1.0"}}`, the version
+/// being Espalier's.
 struct BakeInfo
 {
     std::string speciesName;       ///< UTF-8; names the node, mesh and materials. Empty: "tree".

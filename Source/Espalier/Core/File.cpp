@@ -89,7 +89,7 @@ tl::unexpected<Error> notARegularFile(const fs::path& path, mode_t mode)
 
 tl::unexpected<Error> tooLarge(const fs::path& path, const std::string& size, std::size_t maxBytes)
 {
-    return failure(ErrorKind::Limit, wholeFile(path), "the file has " + size + " bytes",
+    return failure(ErrorKind::Limit, {path.string(), 1, 1}, "the file has " + size + " bytes",
                    "at most " + std::to_string(maxBytes) + " (limit fileBytes)");
 }
 

@@ -3,6 +3,7 @@
 #include <bit>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 #include <type_traits>
 
@@ -49,5 +50,14 @@ private:
 
     std::uint64_t state_ = 0xcbf29ce484222325u;
 };
+
+/// 16 lower-case hexadecimal digits.
+[[nodiscard]] inline std::string hexDigits(std::uint64_t value)
+{
+    std::string digits(16, '0');
+    for (std::size_t i = digits.size(); i-- > 0; value >>= 4)
+        digits[i] = "0123456789abcdef"[value & 15];
+    return digits;
+}
 
 } // namespace espalier

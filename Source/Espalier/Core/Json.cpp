@@ -75,17 +75,6 @@ std::string_view numberAt(std::string_view text, std::size_t at)
     return text.substr(at, end - at);
 }
 
-// `text` itself if it is short, else its beginning, cut between code points.
-std::string shortened(std::string_view text)
-{
-    if (text.size() <= kShownBytes)
-        return std::string(text);
-    std::size_t end = kShownBytes;
-    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0u) == 0x80u)
-        --end;
-    return std::string(text.substr(0, end)) + "...";
-}
-
 std::string escapedControl(char c, std::string_view prefix)
 {
     constexpr char kDigits[] = "0123456789abcdef";
@@ -571,18 +560,54 @@ JsonDocument::Value JsonDocument::Value::operator[](std::string_view key) const 
     return {};
 }
 
-Expected<JsonDocument::Value> JsonDocument::Value::required(std::string_view key) const
+Expected<JsonDocument::Value> JsonDocument::Value::required(std::string_view key, std::string_view expected) const
 {
     const Value value = (*this)[key];
     if (!value.exists())
-        return fail("the key " + quoteJson(key) + " is missing", {});
+        return fail("the key " + quoteJson(key) + " is missing", quoteJson(key) + ": " + std::string(expected));
     return value;
+}
+
+Expected<void> JsonDocument::Value::requireFormat(std::string_view kind, std::uint64_t version) const
+{
+    if (auto done = requireObject("the file"); !done)
+        return done;
+    const auto kindValue = required("espalier", quoteJson(kind));
+    if (!kindValue)
+        return tl::make_unexpected(kindValue.error());
+    const auto text = kindValue->string("espalier");
+    if (!text)
+        return tl::make_unexpected(text.error());
+    if (*text != kind)
+        return kindValue->fail("this is a file of the kind " + quoteJson(shortened(*text)),
+                               "\"espalier\": " + quoteJson(kind));
+    const auto versionValue = required("version", std::to_string(version));
+    if (!versionValue)
+        return tl::make_unexpected(versionValue.error());
+    const auto number = versionValue->count("version", 0, 1u << 30);
+    if (!number)
+        return tl::make_unexpected(number.error());
+    if (*number != version)
+        return versionValue->fail(
+            "the file has version " + std::to_string(*number) + " of the " + std::string(kind) + " format",
+            "version " + std::to_string(version), *number > version ? "open it with a newer Espalier" : "");
+    return {};
 }
 
 const JsonDocument::Node& JsonDocument::Value::node() const noexcept
 {
     assert(exists());
     return document_->nodes_[node_];
+}
+
+std::string shortened(std::string_view text)
+{
+    if (text.size() <= kShownBytes)
+        return std::string(text);
+    std::size_t end = kShownBytes;
+    while (end > 0 && (static_cast<unsigned char>(text[end]) & 0xc0u) == 0x80u)
+        --end;
+    return std::string(text.substr(0, end)) + "...";
 }
 
 std::string quoteJson(std::string_view text)

@@ -61,7 +61,11 @@ public:
         [[nodiscard]] Value operator[](std::string_view key) const noexcept;
         [[nodiscard]] bool exists() const noexcept { return document_ != nullptr; }
         /// The value at `key`, or an error that says it is missing.
-        [[nodiscard]] Expected<Value> required(std::string_view key) const;
+        [[nodiscard]] Expected<Value> required(std::string_view key, std::string_view expected) const;
+
+        /// The head of all our files: an object whose "espalier" is `kind` and whose "version" is `version`. Looked at
+        /// before anything else, so that a newer file is told by its version, not by what it holds.
+        [[nodiscard]] Expected<void> requireFormat(std::string_view kind, std::uint64_t version) const;
 
     private:
         friend class JsonDocument;
@@ -102,6 +106,9 @@ private:
     std::vector<Node> nodes_;
     std::vector<std::string> strings_;
 };
+
+/// The first bytes of a text that may be long, for messages: whole characters, then "..." if something is left out.
+[[nodiscard]] std::string shortened(std::string_view text);
 
 /// `text` as a JSON string literal, quotes included. Control characters are escaped; other UTF-8 passes through.
 [[nodiscard]] std::string quoteJson(std::string_view text);

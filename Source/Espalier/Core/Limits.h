@@ -13,13 +13,15 @@ struct Limits
     std::uint32_t jsonDepth = 64;
     std::uint32_t jsonValues = 3u << 19; ///< Of one file. Bounds the memory that 16 MiB of "[[[0,0,..." can ask for.
     std::size_t stringBytes = std::size_t{64} << 10;
-    std::uint32_t productions = 4096; ///< Of hand-written grammars. Inferred ones may have `inferredNodes`.
+    std::uint32_t productions = 4096;      ///< Of hand-written grammars. Inferred ones may have `inferredNodes`.
+    std::uint32_t constants = 4096;        ///< `let` lines of one grammar.
+    std::uint32_t longSymbols = 64u << 10; ///< Declared by `symbols:`.
     std::uint32_t templates = 4096;
     std::uint32_t templateModules = 64u << 10;
     std::uint32_t expressionDepth = 64;
     std::uint32_t parameters = 16; ///< Of one module.
     std::uint32_t bracketDepth = 1024;
-    std::uint32_t generations = 64; ///< Nested productions of one derivation.
+    std::uint32_t generations = 64; ///< Nested instances of an archetype's file.
     std::uint32_t modules = 4u << 20;
     std::uint32_t nodes = 1u << 20;         ///< Segments of one skeleton; instances of one archetype read from a file.
     std::uint32_t inferredNodes = 4u << 20; ///< Instances and productions of an inference.

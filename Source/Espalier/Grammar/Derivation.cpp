@@ -52,10 +52,14 @@ public:
         return true;
     }
 
-    [[nodiscard]] std::uint64_t work() const noexcept { return emitted_ + applied_; }
+    [[nodiscard]] std::uint64_t work() const noexcept { return emitted_ + applied_ + scanned_; }
 
 private:
     static constexpr std::uint32_t kAxiom = GrammarProgram::kNothing;
+
+    /// Candidates whose weight or condition may be evaluated one by one: some tenths of a second. A file of some
+    /// hundred kilobytes could otherwise ask for hours.
+    static constexpr std::uint64_t kMostScans = std::uint64_t{1} << 24;
 
     void leave(const DerivationScratch::Frame& frame)
     {
@@ -105,6 +109,8 @@ private:
         // Completion by weight could still go round in a grammar edited by hand; by price alone it cannot.
         const bool byPriceAlone = scratch_.frames.size() > std::size_t{budget_.depth} * 2 + 64 ||
                                   emitted_ + applied_ > 3 * (std::uint64_t{budget_.modules} + budget_.productions) / 2;
+        if (scanned_ > kMostScans)
+            return endless("weights and conditions looked at", kMostScans);
         std::uint32_t chosen = GrammarProgram::kNothing;
         if (byPriceAlone)
             chosen = cheapest(group);
@@ -130,7 +136,7 @@ private:
         return true;
     }
 
-    std::uint32_t chooseTabulated(const GrammarProgram::Group& group, double uniform) const
+    std::uint32_t chooseTabulated(const GrammarProgram::Group& group, double uniform)
     {
         const auto& tabulated = program_.tabulated_;
         const auto members = std::span(program_.byKey_).subspan(group.first, group.count);
@@ -141,6 +147,7 @@ private:
             const auto first = std::ranges::lower_bound(members, scratch_.arguments[0], {}, keyOf);
             same = {first, std::ranges::upper_bound(first, members.end(), scratch_.arguments[0], {}, keyOf)};
         }
+        scanned_ += same.size();
         double bonus = 0;
         for (const std::uint32_t i : same)
             bonus += tabulated[i].bonus;
@@ -169,6 +176,7 @@ private:
     /// Nothing if no condition holds.
     Expected<std::uint32_t> chooseListed(const GrammarProgram::Group& group, RandomKey key, bool completing)
     {
+        scanned_ += group.count;
         scratch_.weights.assign(group.count, 0.0);
         bool first = true;
         bool weighted = false;
@@ -307,6 +315,7 @@ private:
     bool wantsArguments_;
     std::uint64_t emitted_ = 0;
     std::uint64_t applied_ = 0;
+    std::uint64_t scanned_ = 0;
 };
 
 Expected<bool> derive(const GrammarProgram& program, RandomKey key, const DerivationBudget& budget,

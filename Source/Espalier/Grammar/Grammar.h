@@ -6,6 +6,7 @@
 #include <Espalier/Grammar/Symbols.h>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -64,10 +65,15 @@ struct Grammar
 /// Equal if they print the same text.
 [[nodiscard]] bool operator==(const Grammar& a, const Grammar& b);
 
+/// Where a line and column of a grammar stand that is part of another file.
+using GrammarPlace = std::function<Location(std::uint32_t line, std::uint32_t column)>;
+
 /// Reads the text form (DESIGN 6) of a context-free grammar. Up to 20 errors are collected, each with its line and
-/// column; the first is the Error's place, and `what` lists them all. What only other L-systems have (contexts,
-/// interpret:, ignore:, order:, tropism:) is refused by name. `file` names the text in errors.
-[[nodiscard]] Expected<Grammar> parseGrammar(std::string_view text, std::string_view file, const Limits& limits);
+/// column; the Error is the first of them, and its advice lists the others. What only other L-systems have (contexts,
+/// interpret:, ignore:, order:, tropism:) is refused by name. `file` names the text in errors; `place`, if given, says
+/// where its lines stand.
+[[nodiscard]] Expected<Grammar> parseGrammar(std::string_view text, std::string_view file, const Limits& limits,
+                                             const GrammarPlace& place = {});
 
 /// The text form, ending in a line break. parseGrammar(printGrammar(g)) == g.
 [[nodiscard]] std::string printGrammar(const Grammar& grammar);

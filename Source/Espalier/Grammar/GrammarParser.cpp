@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
 #include <set>
 
 namespace espalier {
@@ -70,7 +71,11 @@ std::size_t arrowLength(std::u32string_view text)
 class LongSymbols
 {
 public:
-    void add(std::u32string_view name) { names_.emplace(std::ranges::upper_bound(names_, name), name); }
+    void set(std::vector<std::u32string> names)
+    {
+        names_ = std::move(names);
+        std::ranges::sort(names_);
+    }
 
     /// Length of the longest one that `text` begins with; 0 if there is none.
     [[nodiscard]] std::size_t match(std::u32string_view text) const
@@ -98,14 +103,17 @@ private:
     std::vector<std::u32string> names_;
 };
 
+/// Where in the grammar each constant stands.
+using ConstantIndex = std::map<std::string, std::uint32_t, std::less<>>;
+
 /// Reads one line, or a part of it that ends at `end`.
 class LineParser
 {
 public:
-    LineParser(Grammar& grammar, const LongSymbols& longSymbols, const Limits& limits, std::u32string_view line,
-               std::size_t begin, std::size_t end)
-        : grammar_(grammar), longSymbols_(longSymbols), limits_(limits), line_(line), position_(begin), end_(end),
-          firstExpression_(grammar.expressions.size())
+    LineParser(Grammar& grammar, const LongSymbols& longSymbols, const ConstantIndex& constants, const Limits& limits,
+               std::u32string_view line, std::size_t begin, std::size_t end)
+        : grammar_(grammar), longSymbols_(longSymbols), constants_(constants), limits_(limits), line_(line),
+          position_(begin), end_(end), firstExpression_(grammar.expressions.size())
     {}
 
     const Production* scope = nullptr; ///< Whose parameters expressions may name.
@@ -465,9 +473,8 @@ private:
         constexpr std::string_view kTransform = "srbo";
         if (transforms && text.size() == 1 && kTransform.find(text[0]) != std::string_view::npos)
             return leaf({ExpressionOp::Transform, static_cast<std::uint32_t>(kTransform.find(text[0]))});
-        if (const auto found = std::ranges::find(grammar_.constants, text, &NamedConstant::name);
-            found != grammar_.constants.end())
-            return leaf({ExpressionOp::Constant, static_cast<std::uint32_t>(found - grammar_.constants.begin())});
+        if (const auto found = constants_.find(text); found != constants_.end())
+            return leaf({ExpressionOp::Constant, found->second});
         if (text == "n")
             return leaf({ExpressionOp::Step});
         if (text == "pi")
@@ -497,6 +504,7 @@ private:
 
     Grammar& grammar_;
     const LongSymbols& longSymbols_;
+    const ConstantIndex& constants_;
     const Limits& limits_;
     std::u32string_view line_;
     std::size_t position_;
@@ -510,7 +518,7 @@ private:
 class FileParser
 {
 public:
-    FileParser(std::string_view file, const Limits& limits) : file_(file), limits_(limits) {}
+    FileParser(const Limits& limits, const GrammarPlace& place) : limits_(limits), place_(place) {}
 
     Expected<Grammar> parse(std::string_view text)
     {
@@ -518,11 +526,8 @@ public:
         eachLine(text, [&](std::u32string_view line, std::u32string_view comment) { statement(line, comment); });
         std::ranges::stable_sort(errors_, {}, [](const Error& error) { return error.where.line; });
         if (errors_.empty() && !axiomSeen_)
-            errors_.push_back({ErrorKind::BadInput,
-                               "the grammar has no axiom",
-                               "a line such as `axiom: A`",
-                               {},
-                               {std::string(file_), 1, 1}});
+            errors_.push_back(
+                {ErrorKind::BadInput, "the grammar has no axiom", "a line such as `axiom: A`", {}, place_(1, 1)});
         if (errors_.empty())
             return std::move(grammar_);
         return tl::make_unexpected(summary());
@@ -548,12 +553,12 @@ private:
             }
             catch (const Mistake& mistake)
             {
-                errors_.push_back({mistake.kind,
-                                   mistake.what,
-                                   mistake.expected,
-                                   {},
-                                   {std::string(file_), static_cast<std::uint32_t>(lineNumber_),
-                                    static_cast<std::uint32_t>(mistake.column + 1)}});
+                errors_.push_back(
+                    {mistake.kind,
+                     mistake.what,
+                     mistake.expected,
+                     {},
+                     place_(static_cast<std::uint32_t>(lineNumber_), static_cast<std::uint32_t>(mistake.column + 1))});
             }
         }
     }
@@ -573,7 +578,7 @@ private:
 
     LineParser parserOf(std::u32string_view line, std::size_t begin, std::size_t end)
     {
-        return {grammar_, longSymbols_, limits_, line, begin, end};
+        return {grammar_, longSymbols_, constantIndex_, limits_, line, begin, end};
     }
 
     void declareSymbols(std::u32string_view line)
@@ -583,6 +588,8 @@ private:
             return;
         if (!settings_.insert("symbols").second)
             throw Mistake{parser.position() - 8, "the setting `symbols:` stands twice", "each setting once"};
+        std::vector<std::u32string> names;
+        std::set<std::string> known;
         while (!parser.atEnd())
         {
             const std::size_t column = parser.position();
@@ -593,14 +600,15 @@ private:
             if (name.size() > kLongestSymbol)
                 throw Mistake{column, "the symbol has " + std::to_string(name.size()) + " characters",
                               "at most " + std::to_string(kLongestSymbol), ErrorKind::Limit};
-            if (std::ranges::find(grammar_.longSymbols, name) != grammar_.longSymbols.end())
+            if (!known.insert(name).second)
                 throw Mistake{column, "the symbol `" + name + "` is declared twice", "each symbol once"};
-            if (grammar_.longSymbols.size() >= limits_.productions)
-                throw Mistake{column, "more than " + std::to_string(limits_.productions) + " declared symbols",
-                              "at most the limit productions", ErrorKind::Limit};
-            longSymbols_.add(letters(name));
+            if (grammar_.longSymbols.size() >= limits_.longSymbols)
+                throw Mistake{column, "more than " + std::to_string(limits_.longSymbols) + " declared symbols",
+                              "at most the limit longSymbols", ErrorKind::Limit};
+            names.push_back(letters(name));
             grammar_.longSymbols.push_back(std::move(name));
         }
+        longSymbols_.set(std::move(names));
     }
 
     void statement(std::u32string_view line, std::u32string_view comment)
@@ -633,7 +641,10 @@ private:
         parser.skipSpace();
         const std::size_t column = parser.position();
         const std::string name = parser.name("a constant");
-        if (std::ranges::find(grammar_.constants, name, &NamedConstant::name) != grammar_.constants.end())
+        if (grammar_.constants.size() >= limits_.constants)
+            throw Mistake{column, "more than " + std::to_string(limits_.constants) + " constants",
+                          "at most the limit constants", ErrorKind::Limit};
+        if (constantIndex_.contains(name))
             throw Mistake{column, "the constant `" + name + "` is defined twice", "each name once"};
         if (name == "n" || name == "pi" ||
             std::ranges::find(expressionFunctions(), name, &ExpressionFunction::name) != expressionFunctions().end())
@@ -647,6 +658,7 @@ private:
         constants_.push_back(evaluate(grammar_.expressions, id, scope));
         if (scope.failed)
             throw Mistake{column, "the constant `" + name + "` has no finite value", "a number"};
+        constantIndex_.emplace(name, static_cast<std::uint32_t>(grammar_.constants.size()));
         grammar_.constants.push_back({name, id});
     }
 
@@ -837,12 +849,13 @@ private:
         parser.expectEnd("the table");
     }
 
-    std::string_view file_;
     const Limits& limits_;
+    const GrammarPlace& place_;
     Grammar grammar_;
     LongSymbols longSymbols_;
     std::size_t lineNumber_ = 0;
     std::vector<double> constants_;
+    ConstantIndex constantIndex_;
     std::set<std::string> settings_;
     bool axiomSeen_ = false;
     std::vector<Error> errors_;
@@ -850,16 +863,20 @@ private:
 
 } // namespace
 
-Expected<Grammar> parseGrammar(std::string_view text, std::string_view file, const Limits& limits)
+Expected<Grammar> parseGrammar(std::string_view text, std::string_view file, const Limits& limits,
+                               const GrammarPlace& place)
 {
     if (text.size() > limits.fileBytes)
-        return failure(ErrorKind::Limit, {std::string(file), 0, 0},
+        return failure(ErrorKind::Limit, {std::string(file), 1, 1},
                        "the grammar has " + std::to_string(text.size()) + " bytes",
                        "at most " + std::to_string(limits.fileBytes) + " (the limit fileBytes)");
     if (const std::size_t invalid = findInvalidUtf8(text); invalid != std::string_view::npos)
         return failure(ErrorKind::BadInput, locate(file, text, invalid), "the text is not valid UTF-8",
                        "a file saved as UTF-8");
-    return FileParser(file, limits).parse(text);
+    const GrammarPlace inThisFile = [&](std::uint32_t line, std::uint32_t column) {
+        return Location{std::string(file), line, column};
+    };
+    return FileParser(limits, place ? place : inThisFile).parse(text);
 }
 
 } // namespace espalier

@@ -7,17 +7,21 @@ namespace espalier {
 
 std::vector<std::string> nonterminalNames(std::size_t count, std::string_view taken)
 {
+    std::string all;
     std::string letters;
     for (const std::string_view alphabet : {"ABCDEFGHIJKLMNOPQRSTUVWXYZ", "abcdefghijklmnopqrstuvwxyz"})
         for (const char letter : alphabet)
+        {
+            all += letter;
             if (letter != 'S' && taken.find(letter) == std::string_view::npos)
                 letters += letter;
-    std::vector<std::string> names{"S"};
+        }
+    std::vector<std::string> names{taken.find('S') == std::string_view::npos ? "S" : "S0"};
+    const std::string& stems = letters.empty() ? all : letters; // a name with a number is nobody else's
     for (std::size_t i = 0; names.size() < count; ++i)
     {
-        names.emplace_back(1, letters[i % letters.size()]);
-        if (i >= letters.size())
-            names.back() += std::to_string(i / letters.size());
+        const std::size_t round = i / stems.size() + (letters.empty() ? 1 : 0);
+        names.push_back(stems[i % stems.size()] + (round == 0 ? "" : std::to_string(round)));
     }
     return names;
 }

@@ -40,8 +40,8 @@ struct DraftGrammar
     std::vector<DraftRule> rules;   ///< In symbol order.
 };
 
-/// Names of nonterminals: S, then A B C ... Z a b ... z without S and without the symbols in `taken`, then A1 B1 ...
-/// and so on.
+/// Names of nonterminals: S (S0 if it is taken), then A B C ... Z a b ... z without S and without the symbols in
+/// `taken`, then A1 B1 ... and so on.
 [[nodiscard]] std::vector<std::string> nonterminalNames(std::size_t count, std::string_view taken);
 
 /// The turtle symbols that the words of a library use.

@@ -120,6 +120,8 @@ private:
 
     void axiom()
     {
+        if (limbs_.roots.size() > 1 && start_.size() > 1)
+            grammar_.longSymbols.push_back(start_);
         if (limbs_.roots.size() == 1)
         {
             grammar_.axiom.push_back(moduleOf(limbs_.roots[0]));

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
 
 namespace espalier {
 
@@ -27,40 +28,6 @@ bool accepts(const GrowthWindow& window, const GrowthSample& sample)
     return sample.whole && sample.segments >= window.minSegments && sample.segments <= window.maxSegments &&
            sample.depth >= window.minDepth && sample.depth <= window.maxDepth &&
            std::ranges::find(window.copies, sample.topology) == window.copies.end();
-}
-
-GrowthWindow windowFor(const std::vector<GrowthSample>& samples, double segments, double depth,
-                       std::vector<std::uint64_t> copies)
-{
-    constexpr double kMostSegments = 1.5;
-    constexpr double kDepth = 0.25;
-    const auto bound = [](double value) { return static_cast<std::uint32_t>(std::clamp(value, 0.0, 4e9)); };
-    GrowthWindow window;
-    window.maxSegments = bound(std::floor(kMostSegments * segments));
-    window.minDepth = bound(std::ceil((1 - kDepth) * depth));
-    window.maxDepth = bound(std::floor((1 + kDepth) * depth));
-    window.copies = std::move(copies);
-    GrowthWindow best = window;
-    double least = std::numeric_limits<double>::infinity();
-    for (int percent = 50; percent <= 80; percent += 2)
-    {
-        window.minSegments = bound(std::ceil(percent * 0.01 * segments));
-        double sum = 0;
-        std::uint32_t count = 0;
-        for (const GrowthSample& sample : samples)
-            if (accepts(window, sample))
-            {
-                sum += sample.segments;
-                ++count;
-            }
-        const double miss = count == 0 ? 1e9 : std::abs(sum / count / segments - 1);
-        if (miss < least)
-        {
-            least = miss;
-            best = window;
-        }
-    }
-    return best;
 }
 
 /// Records the tree of template instances of a derivation.
@@ -150,8 +117,10 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
     for (const std::uint32_t root : limbs.roots)
     {
         segments_ += limbs.limbs[root].segments / trees;
-        depth_ += limbs.limbs[root].height / trees;
+        leastSegments_ = std::min(leastSegments_, limbs.limbs[root].segments);
         mostSegments_ = std::max(mostSegments_, limbs.limbs[root].segments);
+        leastDepth_ = std::min(leastDepth_, limbs.limbs[root].height);
+        mostDepth_ = std::max(mostDepth_, limbs.limbs[root].height);
     }
     for (const Limb& limb : limbs.limbs)
         instances_ += limb.count / trees;
@@ -159,7 +128,7 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
 }
 
 /// Topologies of the drawn trees, which the window keeps from being grown again: each is what its limbs give when every
-/// limb is a class of its own.
+/// limb is a class of its own. Of very many trees the first will do: none of them is then grown again often.
 Expected<std::vector<std::uint64_t>> KinNursery::drawnTopologies() const
 {
     LimbTable one = limbs_;
@@ -171,8 +140,11 @@ Expected<std::vector<std::uint64_t>> KinNursery::drawnTopologies() const
         apart.occurrences.push_back(one.limbs[limb].count);
     }
     std::vector<std::uint64_t> topologies;
-    for (const std::uint32_t root : limbs_.roots)
+    constexpr std::size_t kMostCopies = 32;
+    for (const std::uint32_t root : std::span(limbs_.roots).first(std::min(limbs_.roots.size(), kMostCopies)))
     {
+        if (progress_.wantsStop())
+            return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
         one.roots = {root};
         Species species;
         writeKinGrammar(library_, one, apart, species);
@@ -186,6 +158,40 @@ Expected<std::vector<std::uint64_t>> KinNursery::drawnTopologies() const
         topologies.push_back(sample->topology);
     }
     return topologies;
+}
+
+/// The window whose accepted trees have the drawn trees' mean size, as nearly as its lower bound can bring about.
+GrowthWindow KinNursery::windowFor(const std::vector<GrowthSample>& samples) const
+{
+    constexpr double kMostSegments = 1.5;
+    constexpr double kDepth = 0.25;
+    const auto bound = [](double value) { return static_cast<std::uint32_t>(std::clamp(value, 0.0, 4e9)); };
+    GrowthWindow window;
+    window.maxSegments = bound(std::floor(kMostSegments * mostSegments_));
+    window.minDepth = bound(std::ceil((1 - kDepth) * leastDepth_));
+    window.maxDepth = bound(std::floor((1 + kDepth) * mostDepth_));
+    window.copies = *drawn_;
+    GrowthWindow best = window;
+    double least = std::numeric_limits<double>::infinity();
+    for (int percent = 50; percent <= 80; percent += 2)
+    {
+        window.minSegments = bound(std::ceil(percent * 0.01 * leastSegments_));
+        double sum = 0;
+        std::uint32_t count = 0;
+        for (const GrowthSample& sample : samples)
+            if (accepts(window, sample))
+            {
+                sum += sample.segments;
+                ++count;
+            }
+        const double miss = count == 0 ? 1e9 : std::abs(sum / count / segments_ - 1);
+        if (miss < least)
+        {
+            least = miss;
+            best = window;
+        }
+    }
+    return best;
 }
 
 Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
@@ -214,7 +220,7 @@ Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
 
     KinTrial trial;
     trial.classes = std::move(classes);
-    trial.window = windowFor(samples, segments_, depth_, *drawn_);
+    trial.window = windowFor(samples);
     std::set<std::uint64_t> topologies;
     std::vector<std::vector<std::uint64_t>> shapes; // of the accepted
     const std::vector<std::uint32_t> labels = labelsOf(species);

@@ -4,7 +4,7 @@
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Progress.h>
 #include <Espalier/Inference/Limbs.h>
-#include <Espalier/Species/Species.h>
+#include <Espalier/Species/Grow.h>
 #include <vector>
 
 namespace espalier {
@@ -41,14 +41,17 @@ public:
 
 private:
     [[nodiscard]] Expected<std::vector<std::uint64_t>> drawnTopologies() const;
+    [[nodiscard]] GrowthWindow windowFor(const std::vector<GrowthSample>& samples) const;
 
     const TemplateLibrary& library_;
     const LimbTable& limbs_;
     const Progress& progress_;
-    double segments_ = 0;  ///< Mean of the drawn trees.
-    double depth_ = 0;     ///< Likewise, in instances.
-    double instances_ = 0; ///< Likewise.
-    std::uint32_t mostSegments_ = 0;
+    double segments_ = 0;                       ///< Mean of the drawn trees.
+    double instances_ = 0;                      ///< Likewise.
+    std::uint32_t leastSegments_ = 0xffffffffu; ///< Of the smallest drawn tree.
+    std::uint32_t mostSegments_ = 0;            ///< Of the largest.
+    std::uint32_t leastDepth_ = 0xffffffffu;
+    std::uint32_t mostDepth_ = 0;
     Expected<std::vector<std::uint64_t>> drawn_; ///< Topologies of the drawn trees.
 };
 

@@ -14,11 +14,16 @@ std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library)
 {
     std::vector<std::uint32_t> draws;
     for (const Template& piece : library.templates)
-        draws.push_back(
-            static_cast<std::uint32_t>(std::ranges::count_if(piece.modules, [](const TemplateModule& module) {
-                return module.anchor == kNoAnchor &&
-                       turtleCommand(std::string_view(&module.symbol, 1)) == TurtleCommand::Draw;
-            })));
+    {
+        TurtleFilter filter;
+        draws.push_back(0);
+        for (const TemplateModule& module : piece.modules)
+        {
+            const TurtleCommand command = turtleCommand(std::string_view(&module.symbol, 1));
+            if (module.anchor == kNoAnchor && filter.carriesOut(command) && command == TurtleCommand::Draw)
+                ++draws.back();
+        }
+    }
     return draws;
 }
 

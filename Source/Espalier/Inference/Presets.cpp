@@ -4,7 +4,8 @@
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Plant/Axes.h>
 #include <algorithm>
-#include <cmath>
+#include <map>
+#include <set>
 
 namespace espalier {
 
@@ -39,33 +40,35 @@ const std::vector<Preset>& presets()
     return kPresets;
 }
 
-/// The template of `library` with this word, added if there is none; its name is kept where it is free.
-std::uint32_t mergeTemplate(TemplateLibrary& library, Template piece)
-{
-    const auto same =
-        std::ranges::find_if(library.templates, [&](const Template& known) { return known.modules == piece.modules; });
-    if (same != library.templates.end())
-        return static_cast<std::uint32_t>(same - library.templates.begin());
-    const std::string wanted = piece.name;
-    for (std::uint32_t number = 2; library.find(piece.name) != library.templates.size(); ++number)
-        piece.name = wanted + "_" + std::to_string(number);
-    library.templates.push_back(std::move(piece));
-    return static_cast<std::uint32_t>(library.templates.size() - 1);
-}
-
-/// All archetypes as one, with one library of the templates that they use.
+/// All archetypes as one, with one library of the templates that they use. Templates of equal word are one; a name that
+/// is taken by another word gets a number.
 Archetype mergeArchetypes(std::span<const Archetype> archetypes)
 {
     Archetype all;
+    std::map<std::string, std::uint32_t> byWord;
+    std::set<std::string> names;
+    const auto merge = [&](Template piece) {
+        const auto [entry, isNew] =
+            byWord.try_emplace(printWord(piece), static_cast<std::uint32_t>(all.library.templates.size()));
+        if (isNew)
+        {
+            const std::string wanted = piece.name;
+            for (std::uint32_t number = 2; !names.insert(piece.name).second; ++number)
+                piece.name = wanted + "_" + std::to_string(number);
+            all.library.templates.push_back(std::move(piece));
+        }
+        return entry->second;
+    };
     for (const Archetype& archetype : archetypes)
     {
-        std::vector<std::uint32_t> newIndex;
-        for (const Template& piece : archetype.library.templates)
-            newIndex.push_back(mergeTemplate(all.library, piece));
+        std::vector<std::uint32_t> newIndex(archetype.library.templates.size(), kNoPiece);
         const auto offset = static_cast<std::uint32_t>(all.instances.size());
         for (TemplateInstance instance : archetype.instances)
         {
-            instance.piece = newIndex[instance.piece];
+            std::uint32_t& piece = newIndex[instance.piece];
+            if (piece == kNoPiece)
+                piece = merge(archetype.library.templates[instance.piece]);
+            instance.piece = piece;
             if (instance.parent != kNoInstance)
                 instance.parent += offset;
             all.instances.push_back(instance);
@@ -82,11 +85,7 @@ std::string identityOf(std::span<const Archetype> archetypes)
         hash.bytes(printTemplates(archetype.library));
         hash.bytes(printArchetype(archetype));
     }
-    std::string text(16, '0');
-    std::uint64_t value = hash.result();
-    for (std::size_t i = 16; i-- > 0; value >>= 4)
-        text[i] = "0123456789abcdef"[value & 15];
-    return text;
+    return hexDigits(hash.result());
 }
 
 Expected<void> checkOptions(std::span<const Archetype> archetypes, const InferenceOptions& options)
@@ -108,14 +107,15 @@ Expected<void> checkOptions(std::span<const Archetype> archetypes, const Inferen
 Expected<void> measureExemplars(const InferenceContext& context, Species& species)
 {
     std::uint64_t segments = 0;
-    for (std::size_t tree = 0; tree < context.anchors.roots.size(); ++tree)
+    const ArchetypeDrawer drawer(context.exemplars);
+    Skeleton skeleton;
+    for (std::size_t tree = 0; tree < drawer.trees(); ++tree)
     {
-        const auto skeleton = drawArchetype(context.exemplars, tree);
-        if (!skeleton)
-            return tl::make_unexpected(skeleton.error());
-        segments += skeleton->size();
+        if (auto done = drawer.draw(tree, {}, skeleton); !done)
+            return done;
+        segments += skeleton.size();
         if (tree == 0)
-            species.appearance.pipes = suggestPipes(*skeleton);
+            species.appearance.pipes = suggestPipes(skeleton);
     }
     const std::size_t trees = context.anchors.roots.size();
     species.provenance.exemplarSegments = static_cast<std::uint32_t>(segments / trees);

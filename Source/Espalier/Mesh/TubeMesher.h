@@ -15,7 +15,7 @@ struct BarkAppearance;
 /// How branch axes become closed tubes.
 struct TubeSettings
 {
-    std::uint16_t minSides = 3;   ///< Ring vertices on the thinnest axis. [3, maxSides]
+    std::uint16_t minSides = 5;   ///< Ring vertices on the thinnest axis. [3, maxSides]
     std::uint16_t maxSides = 24;  ///< Ring vertices on the thickest axis. [3, 256]
     float chordError = 0.0025f;   ///< Metres allowed between a facet and the true circle. (0, inf)
     float smoothing = 1.0f;       ///< How far an axis bends round the corners of its skeleton: 0 straight segments, 1 a

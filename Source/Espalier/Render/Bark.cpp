@@ -54,7 +54,7 @@ float barkHeight(Vec2 at, float age)
     const float furrow = std::floor(across + 0.5f); // the nearest one
     const float distance = std::abs(across - furrow);
     // Furrows deepen and fade out along their way, which breaks and joins the ridges between them.
-    const float depth = smoothStep(0.22f, 0.62f, smoothNoise({furrow + 1, uv.y * 2.3f}, kRidges));
+    const float depth = smoothStep(0.22f, 0.62f, smoothNoise({furrow + 1, uv.y * 1.7f}, kRidges));
     const float width = std::lerp(0.12f, 0.2f + 0.22f * depth, age);
     const float ridge = smoothStep(0.15f * width, width, distance);
 
@@ -68,7 +68,7 @@ float barkHeight(Vec2 at, float age)
     const float crack = open * open * (1 - smoothStep(0, 0.17f, std::abs(along - crackAt))) * ridge;
 
     const float grain = smoothNoise({4 * across, uv.y * 19 + 3.7f}, 4 * kRidges);
-    return std::max(0.0f, std::lerp(1.0f, ridge, 0.3f + 0.7f * depth) * 0.74f - 0.42f * crack + 0.26f * grain);
+    return std::max(0.0f, std::lerp(1.0f, ridge, 0.42f + 0.58f * depth) * 0.74f - 0.42f * crack + 0.26f * grain);
 }
 
 } // namespace
@@ -99,7 +99,7 @@ BarkRelief barkRelief(Vec2 uv, Vec2 metresPerRepeat) noexcept
     const float age = smoothStep(kSmoothRepeat, kRoughRepeat, metresPerRepeat.x);
     const float height = barkHeight(uv, age);
     BarkRelief relief;
-    relief.shade = std::lerp(0.92f + 0.16f * height, 0.30f + 1.05f * height, age);
+    relief.shade = std::lerp(0.92f + 0.16f * height, 0.33f + 1.05f * height, age);
     if (age > 0)
     {
         relief.slope.x = (barkHeight({uv.x + kStep, uv.y}, age) - height) / (kStep * metresPerRepeat.x);

@@ -15,8 +15,9 @@ struct BarkRelief
     Vec2 slope{0, 0}; ///< Of the surface along u and v, metres per metre.
 };
 
-/// Ridges along the axis between wavering furrows, drawn in texture space so that they tile like a texture would.
-/// `metresPerRepeat` are the sizes of one repeat along u and v where the point lies: slender twigs are smooth.
+/// Long ridges between furrows that wander along the axis, fade out and never close to a loop; cracks part the ridges
+/// into plates. Drawn in texture space, repeating in u after 1. `metresPerRepeat` are the sizes of one repeat along u
+/// and v where the point lies: slender twigs are smooth, and furrows widen and deepen with the girth.
 [[nodiscard]] BarkRelief barkRelief(Vec2 uv, Vec2 metresPerRepeat) noexcept;
 
 } // namespace espalier

@@ -41,7 +41,7 @@ public:
     {
         sample.topology = (sample.topology ^ nameHashes_[symbol]) * 0x100000001b3u;
         sample.topology ^= sample.topology >> 29;
-        if (commands_[symbol] == TurtleCommand::Draw)
+        if (filter_.carriesOut(commands_[symbol]) && commands_[symbol] == TurtleCommand::Draw)
             ++sample.segments;
         return sample.segments <= mostSegments_;
     }
@@ -57,6 +57,7 @@ private:
     const std::vector<TurtleCommand>& commands_;
     const std::vector<std::uint64_t>& nameHashes_;
     std::uint32_t mostSegments_;
+    TurtleFilter filter_;
     std::uint32_t depth_ = 0;
 };
 

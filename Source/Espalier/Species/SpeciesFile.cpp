@@ -3,6 +3,7 @@
 #include <Espalier/Core/File.h>
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Core/Json.h>
+#include <Espalier/Core/Utf8.h>
 #include <Espalier/Grammar/Derivation.h>
 #include <algorithm>
 #include <charconv>
@@ -13,14 +14,6 @@ namespace {
 
 constexpr std::uint64_t kVersion = 1;
 using Value = JsonDocument::Value;
-
-std::string hex(std::uint64_t value)
-{
-    std::string text(16, '0');
-    for (std::size_t i = 16; i-- > 0; value >>= 4)
-        text[i] = "0123456789abcdef"[value & 15];
-    return text;
-}
 
 /// Reads optional keys of an object into fields; remembers the first error and does nothing after it.
 class Fields
@@ -102,7 +95,7 @@ Expected<void> readWindow(const Value& value, GrowthWindow& window)
                       std::uint64_t hash = 0;
                       for (const char c : *text)
                           hash = hash << 4 | static_cast<std::uint64_t>(c >= 'a' ? c - 'a' + 10 : c - '0');
-                      if (hex(hash) != *text)
+                      if (hexDigits(hash) != *text)
                           return item.fail("this is no hash", "16 lower-case hexadecimal digits");
                       window.copies.push_back(hash);
                   }
@@ -258,20 +251,20 @@ Expected<void> readGrammar(const Value& value, std::string_view file, const Limi
     Limits grammarLimits = limits;
     grammarLimits.productions =
         std::max(limits.productions, limits.inferredNodes); // inference may write more than people do
-    auto parsed = parseGrammar(text, file, grammarLimits);
+    // A place in the grammar is a place in the string that holds its line; escapes make the string longer than the
+    // line.
+    const GrammarPlace place = [&](std::uint32_t line, std::uint32_t column) {
+        if (line == 0 || line > lines.size())
+            return value.where();
+        const std::u32string content = fromUtf8(*lines[line - 1].string("a line"));
+        const std::string before = quoteJson(toUtf8(content.substr(0, column - 1)));
+        Location where = lines[line - 1].where();
+        where.column += static_cast<std::uint32_t>(fromUtf8(before).size()) - 1; // the closing quote is not before it
+        return where;
+    };
+    auto parsed = parseGrammar(text, file, grammarLimits, place);
     if (!parsed)
-    {
-        // The grammar's own line and column, moved to where that line stands in this file.
-        Error error = parsed.error();
-        if (error.where.line > 0 && error.where.line <= lines.size())
-        {
-            const Location line = lines[error.where.line - 1].where();
-            error.where = {line.file, line.line, line.column + error.where.column};
-        }
-        else
-            error.where = value.where();
-        return tl::make_unexpected(error);
-    }
+        return tl::make_unexpected(parsed.error());
     grammar = std::move(*parsed);
     return {};
 }
@@ -293,40 +286,24 @@ std::string pair(std::uint32_t a, std::uint32_t b)
 
 Expected<Species> parseSpecies(std::string text, std::string_view file, const Limits& limits)
 {
-    const auto document = JsonDocument::parse(std::move(text), std::string(file), limits);
+    Limits jsonLimits = limits;
+    jsonLimits.stringBytes = std::max(limits.stringBytes, limits.fileBytes); // a rule is a string, however long
+    const auto document = JsonDocument::parse(std::move(text), std::string(file), jsonLimits);
     if (!document)
         return tl::make_unexpected(document.error());
     const Value root = document->root();
+    if (auto done = root.requireFormat("species", kVersion); !done)
+        return tl::make_unexpected(done.error());
     if (auto done = root.requireObject(
             "a species", {"espalier", "version", "name", "grammar", "tables", "window", "appearance", "provenance"});
         !done)
         return tl::make_unexpected(done.error());
-    for (const std::string_view key : {"espalier", "version", "grammar"})
-        if (const auto value = root.required(key); !value)
-            return tl::make_unexpected(value.error());
+    if (const auto grammar = root.required("grammar", "the lines of a grammar"); !grammar)
+        return tl::make_unexpected(grammar.error());
 
     Species species;
     const auto done =
         Fields(root)
-            .read("espalier",
-                  [](const Value& v) {
-                      return v.string("espalier").and_then([&](std::string_view kind) -> Expected<void> {
-                          if (kind != "species")
-                              return v.fail("this is the file of a " + std::string(kind), "\"espalier\": \"species\"");
-                          return {};
-                      });
-                  })
-            .read("version",
-                  [](const Value& v) {
-                      return v.count("version", 0, 1u << 30).and_then([&](std::uint64_t version) -> Expected<void> {
-                          if (version != kVersion)
-                              return v.fail("the file has version " + std::to_string(version) +
-                                                " of the species format",
-                                            "version " + std::to_string(kVersion),
-                                            version > kVersion ? "open it with a newer Espalier" : "");
-                          return {};
-                      });
-                  })
             .string("name", species.name)
             .read("tables", [&](const Value& v) { return readTables(v, limits, species.tables); })
             .read("grammar", [&](const Value& v) { return readGrammar(v, file, limits, species.grammar); })
@@ -379,7 +356,7 @@ std::string printSpecies(const Species& species)
                ", \"depth\": " + pair(window.minDepth, window.maxDepth) +
                ", \"attempts\": " + std::to_string(window.attempts) + ", \"copies\": [";
         for (std::size_t i = 0; i < window.copies.size(); ++i)
-            out += (i == 0 ? "\"" : ", \"") + hex(window.copies[i]) + '"';
+            out += (i == 0 ? "\"" : ", \"") + hexDigits(window.copies[i]) + '"';
         out += "]},\n";
     }
     const auto shortest = [](float value) { // what reads back as this float, so that 0.2f is written 0.2
@@ -412,8 +389,12 @@ Expected<Species> loadSpecies(const std::filesystem::path& path, const Limits& l
 Expected<void> saveSpecies(const std::filesystem::path& path, const Species& species)
 {
     const std::string text = printSpecies(species);
-    if (const auto back = parseSpecies(text, path.string()); !back)
+    const auto back = parseSpecies(text, path.string());
+    if (!back)
         return tl::make_unexpected(back.error());
+    if (!(*back == species))
+        return failure(ErrorKind::BadInput, {path.string(), 0, 0}, "the species would not read back as it is",
+                       "names that its grammar's text can tell apart");
     return writeFileAtomically(path, text);
 }
 

@@ -62,6 +62,30 @@ TurtleCommand turtleCommand(std::string_view symbol) noexcept
     }
 }
 
+bool TurtleFilter::carriesOut(TurtleCommand command) noexcept
+{
+    constexpr std::uint32_t kNone = 0xffffffffu;
+    const bool isName = std::exchange(organ_, false);
+    if (command == TurtleCommand::Push)
+        ++depth_;
+    else if (command == TurtleCommand::Pop)
+    {
+        if (cutDepth_ == depth_)
+            cutDepth_ = kNone;
+        depth_ -= depth_ > 0 ? 1 : 0;
+    }
+    else if (isName || cutDepth_ != kNone)
+    {
+        organ_ = command == TurtleCommand::Organ && !isName;
+        return false;
+    }
+    else if (command == TurtleCommand::Cut)
+        cutDepth_ = depth_;
+    else if (command == TurtleCommand::Organ)
+        organ_ = true;
+    return true;
+}
+
 namespace {
 
 /// Turns a towards b by the angle, and b away from a.

@@ -50,6 +50,19 @@ struct TurtleSettings
     double width = 0.1;       ///< Metres; the diameter until ! sets it
 };
 
+/// Tells which commands of a word a turtle carries out: not the name after ~, and nothing between a cut and the end of
+/// its branch; brackets always. For those who count without drawing.
+class TurtleFilter
+{
+public:
+    [[nodiscard]] bool carriesOut(TurtleCommand command) noexcept;
+
+private:
+    std::uint32_t depth_ = 0;
+    std::uint32_t cutDepth_ = 0xffffffffu; ///< Of the branch that was cut; none at first.
+    bool organ_ = false;
+};
+
 /// Memory of a turtle; reuse it and nothing is allocated after warm-up. One per thread.
 struct TurtleScratch
 {

@@ -64,7 +64,7 @@ TEST_F(File, RefusesAFileAboveTheLimitWithoutReadingIt)
     ASSERT_FALSE(read);
     EXPECT_EQ(read.error().kind, ErrorKind::Limit);
     EXPECT_EQ(toString(read.error()),
-              at("f").string() + ": the file has 5 bytes; expected at most 4 (limit fileBytes)");
+              at("f").string() + ":1:1: the file has 5 bytes; expected at most 4 (limit fileBytes)");
 
     put("huge", "");
     fs::resize_file(at("huge"), std::uintmax_t{1} << 40); // Sparse: no machine could read it.

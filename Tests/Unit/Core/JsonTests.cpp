@@ -244,8 +244,8 @@ TEST(Json, FindsKeysAndItems)
     EXPECT_EQ(root["b"].key(), "b");
     EXPECT_EQ(root.key(), "");
     EXPECT_TRUE(root["a"].items().empty());
-    EXPECT_EQ(root.required("a")->number(""), 1);
-    EXPECT_EQ(errorOf(root.required("c")), "1:1: the key \"c\" is missing");
+    EXPECT_EQ(root.required("a", "a number")->number(""), 1);
+    EXPECT_EQ(errorOf(root.required("c", "a number")), "1:1: the key \"c\" is missing; expected \"c\": a number");
 }
 
 TEST(Json, TypedAccessNamesTheRoleAndTheValue)

@@ -288,6 +288,8 @@ TEST(GrammarParser, EachLimitMayBeReachedButNotPassed)
     Limits limits;
     limits.bracketDepth = 3;
     limits.parameters = 2;
+    limits.longSymbols = 2;
+    limits.constants = 2;
     limits.productions = 2;
     limits.templateModules = 7;
     limits.expressionDepth = 4;
@@ -303,7 +305,8 @@ TEST(GrammarParser, EachLimitMayBeReachedButNotPassed)
         {"axiom: A(1,2)", "axiom: A(1,2,3)", "parameters", 1, 14},
         {"axiom: A\nA(x,y) ->", "axiom: A\nA(x,y,z) ->", "parameters", 2, 7},
         {"axiom: A\nA ->\nB ->", "axiom: A\nA ->\nB ->\nC ->", "productions", 4, 1},
-        {"symbols: Aa Ab\naxiom: A", "symbols: Aa Ab Ac\naxiom: A", "productions", 1, 16},
+        {"symbols: Aa Ab\naxiom: A", "symbols: Aa Ab Ac\naxiom: A", "longSymbols", 1, 16},
+        {"let a = 1\nlet b = 2\naxiom: F", "let a = 1\nlet b = 2\nlet c = 3\naxiom: F", "constants", 3, 5},
         {"axiom: FFFFFFF", "axiom: FFFFFFFF", "templateModules", 1, 15},
         {"axiom: A((((1))))", "axiom: A(((((1)))))", "expressionDepth", 1, 14},
         {"axiom: A(1+1+1+1)", "axiom: A(1+1+1+1+1)", "expressionDepth", 1, 17},

@@ -3,8 +3,10 @@
 #include <Espalier/Species/Grow.h>
 #include <Inference/SampleArchetypes.h>
 #include <algorithm>
+#include <array>
 #include <gtest/gtest.h>
 #include <limits>
+#include <set>
 
 namespace espalier {
 
@@ -137,6 +139,60 @@ TEST(Inference, UnitesTemplatesOfEqualWordAndPartsThoseOfEqualName)
         ASSERT_TRUE(again) << toString(again.error());
         EXPECT_TRUE(grow(*again, Seed{1}));
     }
+}
+
+/// An archetype over one template of its own, `depth` instances on each other; several depths, several trees.
+Archetype chains(const std::string& word, std::initializer_list<std::uint32_t> depths)
+{
+    Archetype archetype;
+    archetype.library = parseTemplates("T: " + word, "t.templates", {}).value();
+    for (const std::uint32_t depth : depths)
+        for (std::uint32_t i = 0; i < depth; ++i)
+        {
+            TemplateInstance instance;
+            instance.parent = i == 0 ? kNoInstance : static_cast<std::uint32_t>(archetype.instances.size() - 1);
+            archetype.instances.push_back(instance);
+        }
+    return archetype;
+}
+
+/// Segments that weight 0 grows from the first seeds.
+std::set<std::uint32_t> sizesAtWeightZero(const Archetype& archetype, const std::string& preset)
+{
+    const auto species = inferSpecies({&archetype, 1}, {.preset = preset, .mergeWeight = 0.0});
+    EXPECT_TRUE(species) << toString(species.error());
+    std::set<std::uint32_t> sizes;
+    for (std::uint64_t seed = 0; species && seed < 40; ++seed)
+    {
+        const auto skeleton = grow(*species, Seed{seed});
+        EXPECT_TRUE(skeleton) << toString(skeleton.error());
+        sizes.insert(skeleton ? skeleton->size() : 0);
+    }
+    return sizes;
+}
+
+TEST(Inference, NamesRulesApartFromOrgans)
+{
+    // An organ called S is not the start symbol; nor does inference fail when organs have taken every letter.
+    std::string everyLetter = "F[-X]F";
+    for (char letter = 'A'; letter <= 'Z'; ++letter)
+        everyLetter += std::string("~") + letter + '~' + static_cast<char>(letter + 'a' - 'A');
+    for (const std::string& word : {std::string("F[-X]F~S"), everyLetter})
+        for (const std::string preset : {"kin", "helberg"})
+            EXPECT_EQ(sizesAtWeightZero(chains(word, {3, 3}), preset), std::set<std::uint32_t>{6}) << word << preset;
+}
+
+TEST(Inference, CountsWhatTheTurtleDraws)
+{
+    const auto species = inferSpecies(std::array{chains("F[-X]~F~G%", {4})});
+    ASSERT_TRUE(species) << toString(species.error());
+    EXPECT_EQ(species->provenance.exemplarSegments, 4u);
+    EXPECT_LE(species->window->minSegments, 4u);
+}
+
+TEST(Inference, GrowsDrawnTreesOfAnySizeAtWeightZero)
+{
+    EXPECT_EQ(sizesAtWeightZero(chains("FX", {3, 40}), "kin"), (std::set<std::uint32_t>{3, 40}));
 }
 
 TEST(Inference, TakesTheSmallestTrees)

@@ -1,9 +1,15 @@
 #include <Espalier/Overlap/Overlap.h>
 
+#include <Espalier/Archetype/Archetype.h>
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Random.h>
+#include <Espalier/Inference/Inference.h>
+#include <Espalier/Overlap/BroadPhase.h>
 #include <Espalier/Plant/Skeleton.h>
+#include <Espalier/Species/Grow.h>
 #include <algorithm>
+#include <atomic>
+#include <filesystem>
 #include <functional>
 #include <gtest/gtest.h>
 #include <limits>
@@ -327,6 +333,38 @@ TEST(Overlap, AgreesWithAllPairs)
     }
 }
 
+TEST(Overlap, AgreesWithAllPairsOnGrownTrees)
+{
+    struct Case
+    {
+        const char* archetype;
+        std::uint64_t seeds;
+        std::uint64_t least; ///< So many of them have overlaps, or the test says little.
+    };
+    const std::filesystem::path root = ESPALIER_SOURCE_ROOT;
+    for (const Case& c : {Case{"Content/Thesis.archetype", 200, 100}, Case{"Tests/Golden/Data/Bush.archetype", 20, 1}})
+    {
+        const auto archetype = loadArchetype(root / c.archetype, {{root / "Templates"}});
+        ASSERT_TRUE(archetype) << toString(archetype.error());
+        const auto species = inferSpecies({&*archetype, 1});
+        ASSERT_TRUE(species) << toString(species.error());
+        const auto grower = Grower::make(*species);
+        ASSERT_TRUE(grower) << toString(grower.error());
+        GrowScratch scratch;
+        Skeleton skeleton;
+        std::uint64_t overlapping = 0;
+        for (std::uint64_t seed = 1; seed <= c.seeds; ++seed)
+        {
+            ASSERT_TRUE(grower->grow(Seed{seed}, {}, scratch, skeleton));
+            const auto fast = findOverlaps(skeleton);
+            ASSERT_TRUE(fast) << toString(fast.error());
+            EXPECT_EQ(*fast, *findOverlapsBruteForce(skeleton)) << c.archetype << ", seed " << seed;
+            overlapping += fast->overlaps.empty() ? 0 : 1;
+        }
+        EXPECT_GE(overlapping, c.least) << c.archetype;
+    }
+}
+
 TEST(Overlap, IgnoresWhatIsWithinTheTolerance)
 {
     const Segment upright{Vec3(0, -1, 0), Vec3(0, 1, 0), 0.25f, 0.25f};
@@ -354,19 +392,28 @@ TEST(Overlap, SaysWhenThereAreTooMany)
 TEST(Overlap, LongChainsAreQuick)
 {
     // A helix of 50,000 segments whose turns touch: walking paths pair by pair would take minutes.
+    constexpr float kRadius = 0.005f;
     Skeleton helix;
+    std::vector<Box> boxes;
     Vec3 at(1, 0, 0);
     for (std::uint32_t i = 0; i < 50000; ++i)
     {
         const auto [sin, cos] = math::sinCos(0.02 * (i + 1));
         const Vec3 next(static_cast<float>(cos), 2e-5f * static_cast<float>(i), static_cast<float>(sin));
-        append({at, next, 0.005f, 0.005f}, i == 0 ? kNoSegment : i - 1, helix);
+        append({at, next, kRadius, kRadius}, i == 0 ? kNoSegment : i - 1, helix);
+        boxes.push_back({glm::min(at, next) - kRadius, glm::max(at, next) + kRadius});
         at = next;
     }
     const auto report = findOverlaps(helix);
     ASSERT_TRUE(report) << toString(report.error());
     EXPECT_GT(report->overlaps.size(), 50000u);
     EXPECT_NEAR(report->deepest, 0.0075f, 0.004f);
+
+    // Of the 1.25 billion pairs only those that are near each other are looked at, about eight a segment.
+    std::atomic<std::size_t> candidates = 0;
+    ASSERT_TRUE(visitTouchingPairs(boxes, [&](std::span<const BoxPair> pairs) { candidates += pairs.size(); }));
+    EXPECT_GE(candidates, report->overlaps.size());
+    EXPECT_LT(candidates, 20 * boxes.size());
 }
 
 TEST(Overlap, AnswersAreTheSameFromManyThreads)

@@ -47,6 +47,53 @@ TEST(Bark, ReliefHasNoSeamRoundTheAxis)
     }
 }
 
+TEST(Bark, IsContinuousAcrossTheSeam)
+{
+    for (float v = -2; v < 2; v += 0.013f)
+        EXPECT_NEAR(barkRelief({-1e-5f, v}, Vec2(0.5f)).shade, barkRelief({1e-5f, v}, Vec2(0.5f)).shade, 0.02f);
+}
+
+TEST(Bark, FurrowsRunAlongTheAxis)
+{
+    double across = 0;
+    double along = 0;
+    for (float v = 0; v < 4; v += 0.021f)
+        for (float u = 0; u < 1; u += 0.011f)
+        {
+            const float shade = barkRelief({u, v}, Vec2(0.5f)).shade;
+            across += std::abs(barkRelief({u + 0.02f, v}, Vec2(0.5f)).shade - shade);
+            along += std::abs(barkRelief({u, v + 0.02f}, Vec2(0.5f)).shade - shade);
+        }
+    EXPECT_GT(across, 2 * along);
+}
+
+TEST(Bark, FurrowsWidenWithTheGirth)
+{
+    const auto furrowedShare = [](float metres) {
+        int furrowed = 0;
+        for (float v = 0; v < 4; v += 0.021f)
+            for (float u = 0; u < 1; u += 0.011f)
+                furrowed += barkRelief({u, v}, Vec2(metres)).shade < 0.8f ? 1 : 0;
+        return furrowed;
+    };
+    EXPECT_EQ(furrowedShare(0.05f), 0);
+    EXPECT_GT(furrowedShare(0.3f), furrowedShare(0.2f));
+    EXPECT_GT(furrowedShare(0.5f), furrowedShare(0.3f));
+}
+
+TEST(Bark, ShadesByOneOnAverage)
+{
+    for (const float metres : {0.02f, 0.2f, 0.5f, 2.0f})
+    {
+        double sum = 0;
+        int count = 0;
+        for (float v = 0; v < 8; v += 0.021f)
+            for (float u = 0; u < 1; u += 0.011f, ++count)
+                sum += barkRelief({u, v}, Vec2(metres)).shade;
+        EXPECT_NEAR(sum / count, 1, 0.06) << metres;
+    }
+}
+
 TEST(Bark, TwigsAreSmoothAndTrunksAreFurrowed)
 {
     float roughest = 0;

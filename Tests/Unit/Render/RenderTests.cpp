@@ -7,6 +7,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <limits>
+#include <numeric>
 #include <thread>
 
 namespace espalier {
@@ -44,6 +45,35 @@ std::uint32_t darkRows(const Picture& picture, std::uint32_t column, std::uint32
     for (std::uint32_t y = firstRow; y < firstRow + rows; ++y)
         dark += luminance(picture, column, y) < sky - 150;
     return dark;
+}
+
+/// Columns, from `left` on, of what differs from the sky in rows [firstRow, endRow) of a picture of small() size; the
+/// sky looks in each row as it does at the picture's edge.
+std::vector<std::uint32_t> barkIn(const Picture& page, std::uint32_t left, std::uint32_t firstRow, std::uint32_t endRow)
+{
+    std::vector<std::uint32_t> columns;
+    for (std::uint32_t y = firstRow; y < endRow; ++y)
+        for (std::uint32_t x = 0; x < small().width; ++x)
+            if (std::abs(luminance(page, left + x, y) - luminance(page, left, y)) > 60)
+                columns.push_back(x);
+    return columns;
+}
+
+double meanOf(const std::vector<std::uint32_t>& values)
+{
+    return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+void append(const TreeMesh& part, TreeMesh& mesh)
+{
+    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+    for (const std::uint32_t index : part.indices)
+        mesh.indices.push_back(first + index);
+    mesh.positions.insert(mesh.positions.end(), part.positions.begin(), part.positions.end());
+    mesh.normals.insert(mesh.normals.end(), part.normals.begin(), part.normals.end());
+    mesh.tangents.insert(mesh.tangents.end(), part.tangents.begin(), part.tangents.end());
+    mesh.uvs.insert(mesh.uvs.end(), part.uvs.begin(), part.uvs.end());
+    mesh.parts.front().indexCount += part.parts.front().indexCount;
 }
 
 } // namespace
@@ -127,12 +157,29 @@ TEST(Render, DrawsSurvivingMeshesOfAnyShape)
     TreeMesh farTexture = handMade({});
     for (Vec2& uv : farTexture.uvs)
         uv *= 1e30f;
-    for (const TreeMesh* mesh : {&point, &flat, &speck, &vast, &aloft, &buried, &plain, &farTexture})
+    struct Case
+    {
+        const char* name;
+        const TreeMesh& mesh;
+        bool isSeen; ///< Not what has no surface, nor what is less than a pixel from a millimetre away.
+    };
+    for (const Case& c : {Case{"point", point, false}, Case{"flat", flat, false}, Case{"speck", speck, false},
+                          Case{"vast", vast, true}, Case{"aloft", aloft, true}, Case{"buried", buried, true},
+                          Case{"plain", plain, true}, Case{"far texture", farTexture, true}})
         for (const float elevation : {-1.5f, 0.0f, 1.5f})
         {
             RenderSettings settings = small();
             settings.cameraElevation = elevation;
-            EXPECT_TRUE(renderPicture(subjectOf(*mesh), settings));
+            const auto picture = renderPicture(subjectOf(c.mesh), settings);
+            ASSERT_TRUE(picture) << c.name << ": " << toString(picture.error());
+            // Light that is not a number would be black; even shadows are not.
+            for (std::uint32_t y = 0; y < picture->height; ++y)
+                for (std::uint32_t x = 0; x < picture->width; ++x)
+                    ASSERT_GT(luminance(*picture, x, y), 0) << c.name << " at " << x << ", " << y;
+            if (elevation == 0) // then there is sky behind
+            {
+                EXPECT_EQ(!barkIn(*picture, 0, 20, 30).empty(), c.isSeen) << c.name;
+            }
         }
 }
 
@@ -210,24 +257,55 @@ TEST(Render, LabelsStandUnderTheirTrees)
     const std::size_t firstRows = std::size_t{3} * with->width * 50;
     EXPECT_TRUE(std::equal(with->rgb.begin(), with->rgb.begin() + static_cast<std::ptrdiff_t>(firstRows),
                            without->rgb.begin()));
+
+    // Two rows of cells, each with room for a line under the picture.
+    const std::uint32_t gutter = (with->width - 2 * small().width) / 3;
+    const std::uint32_t caption = (with->height - without->height) / 2;
+    const auto inkUnder = [&](std::uint32_t column, std::uint32_t row) {
+        const std::uint32_t left = gutter + column * (small().width + gutter);
+        const std::uint32_t top = gutter + row * (small().height + caption + gutter) + small().height;
+        const int paper = luminance(*with, 0, 0);
+        std::vector<std::uint32_t> columns;
+        for (std::uint32_t y = top; y < top + caption; ++y)
+            for (std::uint32_t x = 0; x < small().width; ++x)
+                if (luminance(*with, left + x, y) < paper - 200)
+                    columns.push_back(x);
+        return columns;
+    };
+    const std::vector<std::uint32_t> oak = inkUnder(0, 0);
+    EXPECT_GT(oak.size(), 20u); // three letters of 5 x 7, in the middle
+    EXPECT_LT(oak.size(), 3u * 5 * 7);
+    EXPECT_NEAR(meanOf(oak), small().width / 2.0, 2);
+    EXPECT_GT(inkUnder(1, 0).size(), 2 * oak.size()); // as many letters as there is room for
+    EXPECT_TRUE(inkUnder(0, 1).empty());
 }
 
 TEST(Render, TurntableTurnsTheTreeUnderStandingLight)
 {
-    // A round trunk looks alike from every side if the light keeps its place.
-    TreeMesh mesh = handMade({.sides = 64, .rings = 3});
+    // A trunk with a bump on +X, halfway up.
+    TreeMesh mesh = handMade({.sides = 64});
+    append(handMade({.sides = 32, .height = 0.4f, .radius = 0.15f, .base = {0.6f, 0.8f, 0}}), mesh);
     std::fill(mesh.uvs.begin(), mesh.uvs.end(), Vec2(0));
     RenderSettings settings = small();
     settings.samplesPerPixel = 64;
     const auto strip = renderTurntable(subjectOf(mesh), 4, settings);
     ASSERT_TRUE(strip);
+
     const std::uint32_t gutter = (strip->width - 4 * settings.width) / 5;
-    double difference = 0;
-    for (std::uint32_t y = 0; y < 20; ++y)
-        for (std::uint32_t x = 0; x < settings.width; ++x)
-            difference += std::abs(luminance(*strip, gutter + x, gutter + y) -
-                                   luminance(*strip, 3 * gutter + 2 * settings.width + x, gutter + y));
-    EXPECT_LT(difference / (20 * settings.width), 12);
+    const double sides[] = {1, 0, -1, 0}; // of the trunk on which the bump shows: right, behind or before, left
+    for (std::uint32_t view = 0; view < 4; ++view)
+    {
+        const std::uint32_t left = gutter + view * (settings.width + gutter);
+        const double trunk = meanOf(barkIn(*strip, left, gutter + 10, gutter + 18));
+        const double withBump = meanOf(barkIn(*strip, left, gutter + 24, gutter + 30));
+        EXPECT_NEAR(withBump - trunk, 5 * sides[view], sides[view] == 0 ? 1 : 3) << "view " << view;
+
+        // The sun stands on the right, whichever side of the tree that is.
+        const auto middle = static_cast<std::uint32_t>(trunk + 0.5);
+        for (std::uint32_t y = gutter + 10; y < gutter + 18; ++y)
+            EXPECT_GT(luminance(*strip, left + middle + 3, y), luminance(*strip, left + middle - 3, y) + 50)
+                << "view " << view << ", row " << y;
+    }
 }
 
 TEST(Render, CancelsAndReportsOnTheCallingThread)
