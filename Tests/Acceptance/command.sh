@@ -61,6 +61,10 @@ expect "picture" 0 "p.png" "$espalier" render Thesis.species --seed 3 --samples 
 expect "contact sheet" 0 "s.png" "$espalier" render "$content/Thesis.archetype" Thesis.species --seed 1..3 --sheet \
     --samples 1 --width 64 --height 64 -o s.png
 
+# The first tree that Samples/README.md draws has relatives.
+"$espalier" infer "$repository/Samples/FirstTree/first.archetype" -o first.species 2> first.note
+[ -s first.species ] && [ ! -s first.note ] || { printf 'FAILED the first tree: %s\n' "$(cat first.note)"; failures=$((failures + 1)); }
+
 # A grammar goes out, is edited and comes back.
 "$espalier" grammar Thesis.species > edited.lsys
 cp Thesis.species before.species

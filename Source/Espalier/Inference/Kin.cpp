@@ -122,9 +122,11 @@ Expected<void> classKin(InferenceContext& context)
                       " are different; two of them differ by about " +
                       formatNumber(std::round(100 * chosen.difference) / 100) + " of their edit distance";
     if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.distinct < 0.6))
-        species.provenance.note = "this tree allows few relatives: of trial trees " + percent(chosen.accepted) +
-                                  " were of its kind and size, and of these " + percent(chosen.distinct) +
-                                  " different. More branches of the same template and size would help.";
+        species.provenance.note =
+            "this tree allows few relatives: of trial trees " + percent(chosen.accepted) +
+            " were of its kind and size" +
+            (chosen.accepted > 0 ? ", and of these " + percent(chosen.distinct) + " different" : "") +
+            ". More branches of the same template and about the same size would help.";
     context.grammarText = printKin(context);
     return {};
 }
