@@ -77,7 +77,7 @@ Archetype TemplateFolders::load(const std::filesystem::path& path) const
 
 Species loadSpeciesFile(const std::filesystem::path& path)
 {
-    if (kindOf(path) != InputKind::Species)
+    if (path.extension() != ".species")
         failUsage(path.string() + ": expected a .species file; `espalier infer` makes one from an archetype");
     return orFail(loadSpecies(path));
 }

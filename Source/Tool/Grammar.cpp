@@ -2,6 +2,7 @@
 
 #include <Espalier/Core/File.h>
 #include <Espalier/Grammar/Derivation.h>
+#include <Espalier/Species/Grow.h>
 #include <iostream>
 #include <memory>
 
@@ -34,7 +35,16 @@ void grammar(const GrammarOptions& options)
         error.where.file = options.edited;
         fail(error);
     }
+    // Weights that cannot be, such as a `let w = 7`, show when something grows.
+    GrowScratch scratch;
+    if (auto grown = orFail(Grower::make(species)).sample(Seed{1}, 0, {}, scratch); !grown)
+    {
+        Error error = grown.error();
+        error.where.file = options.edited;
+        fail(error);
+    }
     orFail(saveSpecies(options.species, species));
+    std::cout << options.species << ": " << species.grammar.productions.size() << " productions\n";
 }
 
 } // namespace
@@ -44,7 +54,7 @@ void addGrammar(CLI::App& app)
     const auto options = std::make_shared<GrammarOptions>();
     CLI::App* verb = app.add_subcommand("grammar", "Print a species' grammar as text, or put an edited one back");
     verb->add_option("species", options->species, "S.species")->required();
-    verb->add_option("--set", options->edited, "G.lsys: the grammar to put into the species");
+    verb->add_option("--set", options->edited, "G.lsys: puts this grammar into the species, in place");
     verb->callback([options] { grammar(*options); });
 }
 

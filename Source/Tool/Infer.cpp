@@ -28,6 +28,8 @@ void infer(const InferOptions& options)
     for (const std::optional<double>& weight : {options.mergeWeight, options.ruleWeight})
         if (weight && !std::isfinite(*weight))
             failUsage("infer: expected a weight from 0 to 1");
+    if (!options.output.empty() && std::filesystem::path(options.output).extension() != ".species")
+        failUsage("infer: " + options.output + ": expected an output that ends in .species");
     std::vector<Archetype> archetypes;
     for (const std::string& path : options.archetypes)
     {
@@ -49,6 +51,10 @@ void infer(const InferOptions& options)
     if (options.output.empty())
         return;
     orFail(saveSpecies(options.output, species));
+    if (!options.trace)
+        std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances, "
+                  << species.grammar.productions.size() << " productions, merge weight "
+                  << species.provenance.mergeWeight << (options.mergeWeight ? "" : " (chosen)") << '\n';
     if (!species.provenance.note.empty())
         std::cerr << species.name << ": " << species.provenance.note << '\n';
 }

@@ -1,5 +1,6 @@
 #include "Command.h"
 
+#include <algorithm>
 #include <iostream>
 
 int main(int argc, char** argv)
@@ -21,6 +22,11 @@ int main(int argc, char** argv)
     addRender(app);
     try
     {
+        const auto verbs = app.get_subcommands([](CLI::App*) { return true; });
+        const auto isNamed = [&](const CLI::App* verb) { return verb->get_name() == argv[1]; };
+        if (argc > 1 && argv[1][0] != '-' && std::ranges::none_of(verbs, isNamed))
+            failUsage("espalier: there is no verb " + std::string(argv[1]) +
+                      "; expected infer, grammar, grow, measure, overlap or render");
         app.parse(argc, argv);
     }
     catch (const CLI::ParseError& error)

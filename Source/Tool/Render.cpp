@@ -77,7 +77,7 @@ void render(const RenderCommand& command)
     for (const std::string& path : command.inputs)
         gallery.add({path, command.seeds, command.templates}, needNames ? nameOf(path) : "");
     if (gallery.subjects.size() > 1 && !command.sheet)
-        failUsage("render: several trees need --sheet");
+        failUsage("render: several trees need --sheet; expected that, or one tree");
 
     RenderSettings settings;
     const bool many = command.sheet || command.turntable > 0;

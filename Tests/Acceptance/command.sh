@@ -70,13 +70,17 @@ expect "contact sheet" 0 "s.png" "$espalier" render "$content/Thesis.archetype" 
 cp Thesis.species before.species
 expect "put the same grammar back" 0 "" "$espalier" grammar Thesis.species --set edited.lsys
 same "the same grammar changes nothing" Thesis.species before.species
+sed 's/^let w = .*/let w = 7/' edited.lsys > seven.lsys
+expect "weights that cannot be" 3 "seven.lsys:" "$espalier" grammar Thesis.species --set seven.lsys
+same "weights that cannot be change nothing" Thesis.species before.species
 sed -i 's/^let w = .*/let w = /' edited.lsys
 expect "a broken grammar names its line" 3 "edited.lsys:" "$espalier" grammar Thesis.species --set edited.lsys
 same "a broken grammar changes nothing" Thesis.species before.species
 
 # Wrong usage is 2.
 expect "no verb" 2 "" "$espalier"
-expect "unknown verb" 2 "" "$espalier" prune
+expect "unknown verb" 2 "no verb prune" "$espalier" prune
+expect "a species ends in .species" 2 ".species" "$espalier" infer "$content/Thesis.archetype" -o x.txt
 expect "unknown ending" 2 ".species" "$espalier" measure tree.txt
 expect "empty range" 2 "range is empty" "$espalier" measure Thesis.species --seed 9..3
 expect "no number" 2 "--seed" "$espalier" measure Thesis.species --seed one

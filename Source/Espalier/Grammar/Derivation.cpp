@@ -110,7 +110,11 @@ private:
         const bool byPriceAlone = scratch_.frames.size() > std::size_t{budget_.depth} * 2 + 64 ||
                                   emitted_ + applied_ > 3 * (std::uint64_t{budget_.modules} + budget_.productions) / 2;
         if (scanned_ > kMostScans)
-            return endless("weights and conditions looked at", kMostScans);
+            return failure(ErrorKind::Limit, {},
+                           "the derivation looks at more than " + std::to_string(kMostScans) +
+                               " weights and conditions",
+                           "fewer productions for one symbol",
+                           "weights of the form (i == 3)*a + b, with constants a and b, are not counted");
         std::uint32_t chosen = GrammarProgram::kNothing;
         if (byPriceAlone)
             chosen = cheapest(group);

@@ -110,6 +110,13 @@ PipeModel suggestPipes(const Skeleton& skeleton)
     {
         const double exponent = math::log(static_cast<double>(tipLengths.size())) / math::log(widening);
         pipes.exponent = static_cast<float>(std::round(std::clamp(exponent, 1.8, 2.6) * 100) / 100);
+
+        // Few tips make a thin trunk whatever the exponent: then the tips are thicker.
+        const double reached =
+            math::pow(static_cast<double>(tipLengths.size()), 1 / static_cast<double>(pipes.exponent));
+        const double wanted = 0.6 * trunkRadius / (reached * static_cast<double>(pipes.tipRadius));
+        pipes.tipRadius *= static_cast<float>(std::clamp(wanted, 1.0, 3.0));
+        pipes.tipRadius = std::min(std::round(pipes.tipRadius * 1e4f) / 1e4f, 1.0f);
     }
     return pipes;
 }

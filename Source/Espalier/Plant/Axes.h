@@ -26,9 +26,9 @@ struct PipeModel
 void completeAxes(Skeleton& skeleton, const PipeModel& pipes);
 
 /// Pipes in proportion to a plant whose radii nobody has said anything about, so that a plant of metres and one of
-/// centimetres both look right: the tip radius is 3 % of the median length of its last segments, rounded to a tenth of
-/// a millimetre, and the exponent the one in [1.8, 2.6] that brings the trunk nearest to a radius of 3.3 % of the
-/// height, as a grown oak has.
+/// centimetres both look right: the tip radius is 3 % of the median length of its last segments, and the exponent the
+/// one in [1.8, 2.6] that brings the trunk nearest to a radius of 3.3 % of the height, as a grown oak has. Where few
+/// tips leave the trunk below 2 %, the tips are up to three times as thick.
 [[nodiscard]] PipeModel suggestPipes(const Skeleton& skeleton);
 
 } // namespace espalier
