@@ -1,20 +1,24 @@
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Plant/Skeleton.h>
+#include <algorithm>
 #include <cmath>
 #include <span>
 
 namespace espalier {
 namespace {
 
+void hashVector(Hash64& hash, const Vec3& v)
+{
+    hash.value(v.x);
+    hash.value(v.y);
+    hash.value(v.z);
+}
+
 void hashAll(Hash64& hash, const std::vector<Vec3>& all)
 {
     hash.value(std::uint64_t{all.size()});
     for (const Vec3& v : all)
-    {
-        hash.value(v.x);
-        hash.value(v.y);
-        hash.value(v.z);
-    }
+        hashVector(hash, v);
 }
 
 template <class T>
@@ -22,6 +26,36 @@ void hashAll(Hash64& hash, const std::vector<T>& all)
 {
     hash.value(std::uint64_t{all.size()});
     hash.values(std::span<const T>(all));
+}
+
+/// Nothing where there are none, so that plants without them keep the hash they always had.
+void hashShapes(Hash64& hash, const Skeleton& skeleton)
+{
+    for (const SkeletonPolygon& polygon : skeleton.polygons)
+    {
+        for (std::uint32_t i = 0; i < polygon.cornerCount; ++i)
+            hashVector(hash, skeleton.corners[polygon.firstCorner + i]);
+        hash.value(polygon.cornerCount);
+        hash.value(polygon.segment);
+        hash.value(polygon.material);
+    }
+    for (const SkeletonSphere& sphere : skeleton.spheres)
+    {
+        hashVector(hash, sphere.centre);
+        hash.value(sphere.radius);
+        hash.value(sphere.segment);
+        hash.value(sphere.material);
+    }
+    for (const SkeletonOrgan& organ : skeleton.organs)
+    {
+        hashVector(hash, organ.position);
+        hashVector(hash, organ.heading);
+        hashVector(hash, organ.left);
+        hash.value(organ.size);
+        hash.value(organ.organ);
+        hash.value(organ.segment);
+        hash.value(organ.material);
+    }
 }
 
 bool isFinite(const Vec3& v)
@@ -57,6 +91,27 @@ bool indicesAreSound(const Skeleton& s, std::uint32_t i)
            (instance == kNoSegment || instance < s.instanceRecords.size());
 }
 
+bool shapesAreSound(const Skeleton& s)
+{
+    const auto isSegment = [&](std::uint32_t segment) { return segment == kNoSegment || segment < s.size(); };
+    const auto isCorner = [&](const SkeletonPolygon& p) {
+        return p.firstCorner <= s.corners.size() && p.cornerCount <= s.corners.size() - p.firstCorner;
+    };
+    return std::ranges::all_of(s.corners, isFinite) &&
+           std::ranges::all_of(
+               s.polygons,
+               [&](const SkeletonPolygon& p) { return isCorner(p) && p.cornerCount >= 3 && isSegment(p.segment); }) &&
+           std::ranges::all_of(s.spheres,
+                               [&](const SkeletonSphere& sphere) {
+                                   return isFinite(sphere.centre) && isMeasure(sphere.radius) &&
+                                          isSegment(sphere.segment);
+                               }) &&
+           std::ranges::all_of(s.organs, [&](const SkeletonOrgan& organ) {
+               return isFinite(organ.position) && isFinite(organ.heading) && isFinite(organ.left) &&
+                      isMeasure(organ.size) && isSegment(organ.segment);
+           });
+}
+
 } // namespace
 
 void Skeleton::clear() noexcept
@@ -74,6 +129,10 @@ void Skeleton::clear() noexcept
     materials.clear();
     instances.clear();
     instanceRecords.clear();
+    corners.clear();
+    polygons.clear();
+    spheres.clear();
+    organs.clear();
     widthsGiven = false;
     minY = 0;
     maxY = 0;
@@ -102,6 +161,7 @@ std::uint64_t hashOf(const Skeleton& skeleton) noexcept
         hash.value(instance.production);
         hash.value(instance.row);
     }
+    hashShapes(hash, skeleton);
     hash.value(std::uint8_t{skeleton.widthsGiven});
     hash.value(skeleton.minY);
     hash.value(skeleton.maxY);
@@ -124,6 +184,8 @@ bool isSound(const Skeleton& skeleton) noexcept
         if (parent != kNoSegment && parent >= i)
             return false;
     }
+    if (!shapesAreSound(skeleton))
+        return false;
     return std::isfinite(skeleton.minY) && std::isfinite(skeleton.maxY) && isMeasure(skeleton.maxRadius);
 }
 

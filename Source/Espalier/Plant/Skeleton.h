@@ -19,6 +19,42 @@ struct SkeletonInstance
     friend bool operator==(const SkeletonInstance&, const SkeletonInstance&) = default;
 };
 
+/// A flat shape between the turtle's { and }: a leaf, a petal. Its corners run round it, in either sense.
+struct SkeletonPolygon
+{
+    std::uint32_t firstCorner = 0;      ///< Into Skeleton::corners.
+    std::uint32_t cornerCount = 0;      ///< At least 3.
+    std::uint32_t segment = kNoSegment; ///< It hangs on this one; kNoSegment at the base.
+    std::uint16_t material = 0;         ///< Set by the turtle's '.
+
+    friend bool operator==(const SkeletonPolygon&, const SkeletonPolygon&) = default;
+};
+
+/// A ball: a berry, a bud.
+struct SkeletonSphere
+{
+    Vec3 centre{0};   ///< Metres.
+    float radius = 0; ///< Metres, >= 0.
+    std::uint32_t segment = kNoSegment;
+    std::uint16_t material = 0;
+
+    friend bool operator==(const SkeletonSphere&, const SkeletonSphere&) = default;
+};
+
+/// A place for an organ of the species, such as a leaf or a flower.
+struct SkeletonOrgan
+{
+    Vec3 position{0};        ///< Metres; where it is attached.
+    Vec3 heading{0};         ///< Unit; it grows this way.
+    Vec3 left{0};            ///< Unit, normal to the heading.
+    float size = 1;          ///< Metres, > 0: its length.
+    std::uint32_t organ = 0; ///< Which one: its number among the organs that the plant's maker knows by name.
+    std::uint32_t segment = kNoSegment;
+    std::uint16_t material = 0;
+
+    friend bool operator==(const SkeletonOrgan&, const SkeletonOrgan&) = default;
+};
+
 /// One plant as geometry without skin: straight segments, parents before children.
 ///
 /// All segment arrays have equal length. A segment usually starts where its parent ends; after a turtle's move it
@@ -42,6 +78,11 @@ struct Skeleton
     std::vector<std::uint32_t> instances;     ///< Index into `instanceRecords`; kNoSegment outside template instances.
 
     std::vector<SkeletonInstance> instanceRecords; ///< Parents before children; empty for plain L-systems.
+
+    std::vector<Vec3> corners; ///< Of all polygons, metres.
+    std::vector<SkeletonPolygon> polygons;
+    std::vector<SkeletonSphere> spheres;
+    std::vector<SkeletonOrgan> organs;
 
     bool widthsGiven = false; ///< The turtle set diameters with `!`; otherwise radii follow from the pipe model.
 
