@@ -30,12 +30,9 @@ std::span<const ExpressionFunction> expressionFunctions() noexcept
     return kFunctions;
 }
 
-double evaluate(const ExpressionPool& pool, ExpressionId id, ExpressionScope& scope) noexcept
+double applyOperator(ExpressionOp op, double a, double b, ExpressionScope& scope) noexcept
 {
     using enum ExpressionOp;
-    const ExpressionNode& node = pool[id];
-    const auto first = [&] { return evaluate(pool, node.first, scope); };
-    const auto second = [&] { return evaluate(pool, node.second, scope); };
     const auto finite = [&](double value) {
         if (std::isfinite(value))
             return value;
@@ -43,76 +40,14 @@ double evaluate(const ExpressionPool& pool, ExpressionId id, ExpressionScope& sc
         return 0.0;
     };
     const auto truth = [](bool value) { return value ? 1.0 : 0.0; };
-
-    switch (node.op)
+    switch (op)
     {
-    case Number:
-        return node.value;
-    case Parameter:
-        return scope.parameters[node.first];
-    case Constant:
-        return scope.constants[node.first];
-    case Transform:
-        return scope.transform[node.first];
-    case Step:
-        return scope.step;
-    case Pi:
-        return math::kPi;
     case Negate:
-        return -first();
+        return -a;
     case Plus:
-        return first();
+        return a;
     case Not:
-        return truth(first() == 0);
-    case And:
-        return truth(first() != 0 && second() != 0);
-    case Or:
-        return truth(first() != 0 || second() != 0);
-    case Choose:
-        return first() != 0 ? second() : evaluate(pool, node.third, scope);
-    case Sin:
-        return finite(math::sinCosDegrees(first()).sin);
-    case Cos:
-        return finite(math::sinCosDegrees(first()).cos);
-    case Tan:
-    {
-        const math::SinCos both = math::sinCosDegrees(first());
-        return finite(both.sin / both.cos);
-    }
-    case Asin:
-        return finite(math::asin(first()) * kDegreesPerRadian);
-    case Acos:
-        return finite(math::acos(first()) * kDegreesPerRadian);
-    case Atan:
-        return finite(math::atan(first()) * kDegreesPerRadian);
-    case Sqrt:
-        return finite(std::sqrt(first()));
-    case Exp:
-        return finite(math::exp(first()));
-    case Log:
-        return finite(math::log(first()));
-    case Abs:
-        return std::abs(first());
-    case Floor:
-        return std::floor(first());
-    case Ceil:
-        return std::ceil(first());
-    case Round:
-        return std::round(first());
-    case Sign:
-    {
-        const double a = first();
-        return truth(a > 0) - truth(a < 0);
-    }
-    default:
-        break;
-    }
-
-    // Two operands, evaluated left to right.
-    const double a = first();
-    const double b = second();
-    switch (node.op)
-    {
+        return truth(a == 0);
     case Add:
         return finite(a + b);
     case Subtract:
@@ -138,12 +73,43 @@ double evaluate(const ExpressionPool& pool, ExpressionId id, ExpressionScope& sc
         return truth(a > b);
     case GreaterEqual:
         return truth(a >= b);
+    case Sin:
+        return finite(math::sinCosDegrees(a).sin);
+    case Cos:
+        return finite(math::sinCosDegrees(a).cos);
+    case Tan:
+    {
+        const math::SinCos both = math::sinCosDegrees(a);
+        return finite(both.sin / both.cos);
+    }
+    case Asin:
+        return finite(math::asin(a) * kDegreesPerRadian);
+    case Acos:
+        return finite(math::acos(a) * kDegreesPerRadian);
+    case Atan:
+        return finite(math::atan(a) * kDegreesPerRadian);
     case Atan2:
         return finite(math::atan2(a, b) * kDegreesPerRadian);
+    case Sqrt:
+        return finite(std::sqrt(a));
+    case Exp:
+        return finite(math::exp(a));
+    case Log:
+        return finite(math::log(a));
+    case Abs:
+        return std::abs(a);
     case Min:
         return b < a ? b : a;
     case Max:
         return b > a ? b : a;
+    case Floor:
+        return std::floor(a);
+    case Ceil:
+        return std::ceil(a);
+    case Round:
+        return std::round(a);
+    case Sign:
+        return truth(a > 0) - truth(a < 0);
     case Rand:
         return finite(scope.key.uniform(Purpose::Expression, a, b, scope.draws++));
     case Normal:
@@ -151,6 +117,72 @@ double evaluate(const ExpressionPool& pool, ExpressionId id, ExpressionScope& sc
     default:
         return 0;
     }
+}
+
+double evaluate(const ExpressionPool& pool, ExpressionId id, ExpressionScope& scope) noexcept
+{
+    using enum ExpressionOp;
+    const ExpressionNode& node = pool[id];
+    const auto isTrue = [&](ExpressionId argument) { return evaluate(pool, argument, scope) != 0; };
+    switch (node.op)
+    {
+    case Number:
+        return node.value;
+    case Parameter:
+        return scope.parameters[node.first];
+    case Constant:
+        return scope.constants[node.first];
+    case Transform:
+        return scope.transform[node.first];
+    case Step:
+        return scope.step;
+    case Pi:
+        return math::kPi;
+    case And:
+        return isTrue(node.first) && isTrue(node.second) ? 1.0 : 0.0;
+    case Or:
+        return isTrue(node.first) || isTrue(node.second) ? 1.0 : 0.0;
+    case Choose:
+        return evaluate(pool, isTrue(node.first) ? node.second : node.third, scope);
+    default:
+        break;
+    }
+    const double a = evaluate(pool, node.first, scope); // left before right: draws are numbered as they come
+    const double b = node.second == kNoExpression ? 0.0 : evaluate(pool, node.second, scope);
+    return applyOperator(node.op, a, b, scope);
+}
+
+ExpressionId findFailure(const ExpressionPool& pool, ExpressionId id, ExpressionScope scope) noexcept
+{
+    if (id == kNoExpression)
+        return kNoExpression;
+    scope.failed = false;
+    ExpressionScope whole = scope;
+    (void)evaluate(pool, id, whole);
+    if (!whole.failed)
+        return kNoExpression;
+    using enum ExpressionOp;
+    const ExpressionNode& node = pool[id];
+    const bool isLeaf = node.op == Number || node.op == Parameter || node.op == Constant || node.op == Transform ||
+                        node.op == Step || node.op == Pi;
+    if (isLeaf)
+        return id;
+    for (const ExpressionId argument : {node.first, node.second, node.third})
+    {
+        if (argument == kNoExpression)
+            continue;
+        ExpressionScope part = scope;
+        const double value = evaluate(pool, argument, part);
+        if (part.failed)
+            return findFailure(pool, argument, scope);
+        scope.draws = part.draws;
+        // What is not evaluated cannot be what failed.
+        if (argument == node.first && ((node.op == And && value == 0) || (node.op == Or && value != 0)))
+            break;
+        if (argument == node.first && node.op == Choose)
+            return findFailure(pool, value != 0 ? node.second : node.third, scope);
+    }
+    return id;
 }
 
 } // namespace espalier

@@ -12,7 +12,7 @@ namespace espalier {
 enum class ExpressionOp : std::uint8_t
 {
     Number,    ///< `value`
-    Parameter, ///< Parameter `first` of the production's predecessor.
+    Parameter, ///< Parameter `first` of the production: its predecessor's, then those of its contexts.
     Constant,  ///< Constant `first` of the grammar (`let`).
     Transform, ///< Component `first` of the drawn transform: 0 s, 1 r, 2 b, 3 o.
     Step,      ///< n, the number of the derivation step.
@@ -72,6 +72,9 @@ struct ExpressionNode
     std::uint32_t second = kNoExpression;
     std::uint32_t third = kNoExpression;
     double value = 0;
+    /// Where it begins in its line of text, from 1; 0 if code made it. Parentheses belong to what they are an operand
+    /// of.
+    std::uint32_t column = 0;
 };
 
 /// A function of the expression language.
@@ -124,6 +127,13 @@ struct ExpressionScope
     std::uint32_t draws = 0; ///< Counts them.
     bool failed = false;     ///< Set when a division by zero or another non-finite result occurred.
 };
+
+/// What an operator or function of one or two arguments gives. A non-finite result sets `scope.failed` and is 0
+/// instead; rand() and normal() draw at scope.key. Not for leaves, && || ?:.
+[[nodiscard]] double applyOperator(ExpressionOp op, double a, double b, ExpressionScope& scope) noexcept;
+
+/// The topmost node whose own evaluation fails, below `id`; kNoExpression if none does. For messages.
+[[nodiscard]] ExpressionId findFailure(const ExpressionPool& pool, ExpressionId id, ExpressionScope scope) noexcept;
 
 /// The value of expression `id`. Sets `scope.failed` instead of giving a non-finite result; && || ?: evaluate only what
 /// they need. Recurses at most Limits::expressionDepth deep; does not allocate.

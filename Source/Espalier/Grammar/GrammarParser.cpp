@@ -1,11 +1,9 @@
-#include <Espalier/Grammar/Grammar.h>
+#include <Espalier/Grammar/GrammarLine.h>
 
 #include <Espalier/Core/Json.h>
 #include <Espalier/Core/Utf8.h>
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <map>
 #include <set>
 
 namespace espalier {
@@ -13,617 +11,333 @@ namespace espalier {
 namespace {
 
 constexpr std::size_t kMostErrors = 20;
-constexpr std::size_t kLongestSymbol = 256; ///< Code points.
+constexpr std::size_t kLongestSymbol = 256;        ///< Code points.
+constexpr std::uint32_t kMostIterations = 1000000; ///< Far more than any derivation can take.
+constexpr std::size_t kNowhere = std::u32string_view::npos;
 
-constexpr std::string_view kSettings[] = {"symbols", "angle", "step", "width", "draw", "move", "axiom"};
-/// Settings that only other L-systems have.
-constexpr std::string_view kForeignSettings[] = {"interpret", "ignore", "order", "tropism", "iterations"};
+constexpr std::string_view kSettings[] = {"symbols", "angle", "step",    "width",      "draw",  "move",
+                                          "ignore",  "order", "tropism", "iterations", "axiom", "interpret"};
 
-bool isSettingName(std::string_view name)
+/// How cpfg, L-Py and others begin lines that are spelled differently here, or not needed.
+struct ForeignWord
 {
-    return std::ranges::find(kSettings, name) != std::end(kSettings) ||
-           std::ranges::find(kForeignSettings, name) != std::end(kForeignSettings);
-}
-
-/// Thrown and caught inside this file only: a line's first mistake ends the line, not the file.
-struct Mistake
-{
-    std::size_t column; ///< From 0.
-    std::string what;
-    std::string expected;
-    ErrorKind kind = ErrorKind::BadInput;
+    std::string_view word; ///< In small letters.
+    std::string_view instead;
+};
+constexpr ForeignWord kForeignWords[] = {
+    {"derivation", "`iterations: 5`"},
+    {"generations", "`iterations: 5`"},
+    {"steps", "`iterations: 5`"},
+    {"premise", "`axiom: A`"},
+    {"start", "`axiom: A`"},
+    {"delta", "`angle: 25`"},
+    {"homomorphism", "`interpret:` before each production that gives a symbol its shape, as in `interpret: A -> F`"},
+    {"interpretation", "`interpret:` before each production that gives a symbol its shape, as in `interpret: A -> F`"},
+    {"decomposition", "ordinary productions"},
+    {"consider", "`ignore:` and the symbols that contexts do not see"},
+    {"production", "only the productions, one a line, as in `A -> F`"},
+    {"productions", "only the productions, one a line, as in `A -> F`"},
+    {"lsystem", "one L-system a file, without a frame"},
+    {"endlsystem", "one L-system a file, without a frame"},
+    {"module", "symbols without declaration, or `symbols:` and those of more than one letter"},
+    {"const", "`let name = value`"},
+    {"define", "`let name = value`"},
+    {"constants", "`let name = value`"},
 };
 
-/// Reading the Unicode minus as `-`.
-std::u32string letters(std::string_view text)
+bool isSetting(std::string_view name)
 {
-    std::u32string all = fromUtf8(text);
-    std::ranges::replace(all, U'\u2212', U'-');
-    return all;
+    return std::ranges::find(kSettings, name) != std::end(kSettings);
 }
 
-bool isDigit(char32_t c)
+std::string smallLetters(std::string_view text)
 {
-    return c >= '0' && c <= '9';
+    std::string small(text);
+    for (char& c : small)
+        if (c >= 'A' && c <= 'Z')
+            c = static_cast<char>(c - 'A' + 'a');
+    return small;
 }
 
-bool isNameStart(char32_t c)
+/// What to write instead of a word that begins a line elsewhere; empty if it is unheard of.
+std::string insteadOf(std::string_view word)
 {
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z');
+    const std::string small = smallLetters(word);
+    if (isSetting(small))
+        return "`" + small + ":`" + (word == small ? ", with a colon" : ", in small letters");
+    const auto found = std::ranges::find(kForeignWords, small, &ForeignWord::word);
+    return found == std::end(kForeignWords) ? std::string() : std::string(found->instead);
 }
 
-bool isName(char32_t c)
+std::size_t endOfWord(std::u32string_view line, std::size_t start)
 {
-    return isNameStart(c) || isDigit(c) || c == '_';
+    while (start < line.size() && startsName(line[start]))
+        ++start;
+    return start;
 }
 
-bool isSpace(char32_t c)
+std::size_t skipBlanks(std::u32string_view line, std::size_t start)
 {
-    return c == ' ' || c == '\t' || c == '\r';
+    while (start < line.size() && isBlank(line[start]))
+        ++start;
+    return start;
 }
 
-std::size_t arrowLength(std::u32string_view text)
+/// Calls `function(i)` for every letter outside parentheses until it returns true. Parentheses that nobody opened
+/// are no parentheses. Returns where that was, or `end`.
+template <class Function>
+std::size_t findOutside(std::u32string_view line, std::size_t begin, std::size_t end, Function&& function)
 {
-    return text.starts_with(U"-->") ? 3 : text.starts_with(U"->") ? 2 : text.starts_with(U"→") ? 1 : 0;
-}
-
-/// The declared symbols in alphabetic order, so that a search narrows a range letter by letter.
-class LongSymbols
-{
-public:
-    void set(std::vector<std::u32string> names)
+    std::size_t depth = 0;
+    for (std::size_t i = begin; i < end; ++i)
     {
-        names_ = std::move(names);
-        std::ranges::sort(names_);
+        depth += line[i] == '(' ? 1u : 0u;
+        depth -= line[i] == ')' && depth > 0 ? 1u : 0u;
+        if (depth == 0 && function(i))
+            return i;
     }
+    return end;
+}
 
-    /// Length of the longest one that `text` begins with; 0 if there is none.
-    [[nodiscard]] std::size_t match(std::u32string_view text) const
-    {
-        std::size_t longest = 0;
-        auto first = names_.begin();
-        auto last = names_.end();
-        for (std::size_t length = 0; first != last; ++length)
-        {
-            if (first->size() == length) // the shortest of those with the same beginning comes first
-            {
-                longest = length;
-                ++first;
-            }
-            if (length == text.size())
-                break;
-            const auto letter = [&](const std::u32string& name) { return name[length]; };
-            first = std::ranges::lower_bound(first, last, text[length], {}, letter);
-            last = std::ranges::upper_bound(first, last, text[length], {}, letter);
-        }
-        return longest;
-    }
+std::size_t colonOf(std::u32string_view line, std::size_t begin, std::size_t end)
+{
+    return findOutside(line, begin, end, [&](std::size_t i) { return line[i] == ':'; });
+}
 
-private:
-    std::vector<std::u32string> names_;
+struct Arrow
+{
+    std::size_t begin;
+    std::size_t end;
 };
 
-/// Where in the grammar each constant stands.
-using ConstantIndex = std::map<std::string, std::uint32_t, std::less<>>;
-
-/// Reads one line, or a part of it that ends at `end`.
-class LineParser
+/// Which list of the grammar a production belongs to.
+enum class Kind : std::uint8_t
 {
-public:
-    LineParser(Grammar& grammar, const LongSymbols& longSymbols, const ConstantIndex& constants, const Limits& limits,
-               std::u32string_view line, std::size_t begin, std::size_t end)
-        : grammar_(grammar), longSymbols_(longSymbols), constants_(constants), limits_(limits), line_(line),
-          position_(begin), end_(end), firstExpression_(grammar.expressions.size())
-    {}
-
-    const Production* scope = nullptr; ///< Whose parameters expressions may name.
-    bool transforms = false;           ///< May they name s, r, b, o?
-
-    [[nodiscard]] std::size_t position() const { return position_; }
-
-    void skipSpace()
-    {
-        while (position_ < end_ && isSpace(line_[position_]))
-            ++position_;
-    }
-
-    [[nodiscard]] bool atEnd()
-    {
-        skipSpace();
-        return position_ >= end_;
-    }
-
-    [[nodiscard]] char32_t peek(std::size_t ahead = 0) const
-    {
-        return position_ + ahead < end_ ? line_[position_ + ahead] : U'\0';
-    }
-
-    [[nodiscard]] bool take(std::u32string_view text)
-    {
-        skipSpace();
-        if (line_.substr(position_, std::min(text.size(), end_ - position_)) != text)
-            return false;
-        position_ += text.size();
-        return true;
-    }
-
-    [[noreturn]] void fail(std::string what, std::string expected = {}, ErrorKind kind = ErrorKind::BadInput) const
-    {
-        throw Mistake{position_, std::move(what), std::move(expected), kind};
-    }
-
-    /// What stands here, quoted, for messages.
-    [[nodiscard]] std::string here() const
-    {
-        if (position_ < line_.size())
-        {
-            const std::size_t length =
-                position_ < end_ ? 0 : arrowLength(line_.substr(position_)); // what ends this part
-            return "`" + toUtf8(line_.substr(position_, std::max<std::size_t>(length, 1))) + "`";
-        }
-        return "the end of the line";
-    }
-
-    void expectEnd(std::string_view after)
-    {
-        if (!atEnd())
-            fail("unexpected " + here() + " after " + std::string(after), "the end of the line");
-    }
-
-    [[nodiscard]] std::string name(std::string_view role)
-    {
-        skipSpace();
-        if (!isNameStart(peek()))
-            fail("unexpected " + here(), "the name of " + std::string(role));
-        const std::size_t start = position_;
-        while (isName(peek()))
-            ++position_;
-        return toUtf8(line_.substr(start, position_ - start));
-    }
-
-    /// A symbol: a declared one, longest first, or a single character.
-    [[nodiscard]] SymbolId symbol()
-    {
-        skipSpace();
-        std::size_t length = longSymbols_.match(line_.substr(position_, end_ - position_));
-        if (length == 0)
-        {
-            if (std::u32string_view(U"(),:<>#_ε→").find(peek()) != std::u32string_view::npos || peek() < 0x20)
-                fail(here() + " cannot be a symbol", "a symbol such as A, F or [");
-            length = 1;
-        }
-        position_ += length;
-        return grammar_.symbols.intern(toUtf8(line_.substr(position_ - length, length)));
-    }
-
-    /// Modules up to the end; `_`, `ε` or nothing is the empty word. Brackets must balance.
-    [[nodiscard]] std::vector<Module> word(std::string_view role)
-    {
-        std::vector<Module> modules;
-        std::vector<std::size_t> open;
-        if (take(U"_") || take(U"ε"))
-        {
-            if (!atEnd())
-                fail("unexpected " + here() + " after the empty word", "nothing else in an empty " + std::string(role));
-            return modules;
-        }
-        while (!atEnd())
-        {
-            const std::size_t start = position_;
-            if (modules.size() >= limits_.templateModules)
-                fail("more than " + std::to_string(limits_.templateModules) + " modules in one " + std::string(role),
-                     "at most the limit templateModules", ErrorKind::Limit);
-            const SymbolId id = symbol();
-            const std::vector<ExpressionId> arguments = moduleArguments();
-            modules.push_back({id, static_cast<std::uint32_t>(grammar_.arguments.size()),
-                               static_cast<std::uint32_t>(arguments.size())});
-            grammar_.arguments.insert(grammar_.arguments.end(), arguments.begin(), arguments.end());
-
-            const std::string& text = grammar_.symbols.name(id);
-            if (text == "[")
-            {
-                open.push_back(start);
-                if (open.size() <= limits_.bracketDepth)
-                    continue;
-                position_ = start;
-                fail("brackets nest deeper than " + std::to_string(limits_.bracketDepth),
-                     "at most the limit bracketDepth", ErrorKind::Limit);
-            }
-            else if (text == "]")
-            {
-                if (open.empty())
-                {
-                    position_ = start;
-                    fail("`]` without `[` in the " + std::string(role), "balanced brackets");
-                }
-                open.pop_back();
-            }
-        }
-        if (!open.empty())
-        {
-            position_ = open.back();
-            fail("`[` is never closed in the " + std::string(role), "balanced brackets");
-        }
-        return modules;
-    }
-
-    [[nodiscard]] std::vector<ExpressionId> moduleArguments()
-    {
-        std::vector<ExpressionId> arguments;
-        if (!take(U"("))
-            return arguments;
-        if (take(U")"))
-            return arguments;
-        do
-        {
-            if (arguments.size() >= limits_.parameters)
-                fail("more than " + std::to_string(limits_.parameters) + " parameters", "at most the limit parameters",
-                     ErrorKind::Limit);
-            arguments.push_back(expression());
-        } while (take(U","));
-        if (!take(U")"))
-            fail("unexpected " + here() + " in a parameter list", "`,` or `)`");
-        return arguments;
-    }
-
-    [[nodiscard]] ExpressionId expression() { return choice(); }
-
-    /// An expression of constants alone, evaluated now: the value of a setting.
-    [[nodiscard]] double number(const std::vector<double>& constants, double low, double high)
-    {
-        skipSpace();
-        const std::size_t start = position_;
-        const ExpressionId id = expression();
-        ExpressionScope values;
-        values.constants = constants.data();
-        const double value = evaluate(grammar_.expressions, id, values);
-        if (values.failed || !(value >= low && value <= high))
-        {
-            position_ = start;
-            fail(values.failed ? "the value is not finite" : "the value " + formatNumber(value) + " is out of range",
-                 "a number from " + formatNumber(low) + " to " + formatNumber(high));
-        }
-        return value;
-    }
-
-private:
-    [[noreturn]] void tooDeep() const
-    {
-        fail("the expression nests deeper than " + std::to_string(limits_.expressionDepth),
-             "at most the limit expressionDepth", ErrorKind::Limit);
-    }
-
-    /// Reading recurses; what it reads is never higher than this.
-    struct Deeper
-    {
-        explicit Deeper(LineParser& p) : parser(p)
-        {
-            if (parser.depth_ >= parser.limits_.expressionDepth)
-                parser.tooDeep();
-            ++parser.depth_;
-        }
-        ~Deeper() { --parser.depth_; }
-        LineParser& parser;
-    };
-
-    ExpressionId leaf(const ExpressionNode& node)
-    {
-        heights_.push_back(1);
-        return grammar_.expressions.add(node);
-    }
-
-    /// A node over its arguments, read from column `at` on. Evaluation recurses as deep as the tree is high, and a long
-    /// sum is a high tree too.
-    ExpressionId node(std::size_t at, ExpressionOp op, ExpressionId a, ExpressionId b = kNoExpression,
-                      ExpressionId c = kNoExpression)
-    {
-        std::uint32_t height = 0;
-        for (const ExpressionId id : {a, b, c})
-            height = std::max(height, id == kNoExpression ? 0 : heights_[id - firstExpression_]);
-        if (height >= limits_.expressionDepth)
-        {
-            position_ = at;
-            tooDeep();
-        }
-        heights_.push_back(height + 1);
-        return grammar_.expressions.add({op, a, b, c, 0});
-    }
-
-    ExpressionId choice()
-    {
-        const Deeper deeper(*this);
-        const ExpressionId condition = chain(0);
-        skipSpace();
-        const std::size_t at = position_;
-        if (!take(U"?"))
-            return condition;
-        const ExpressionId yes = choice();
-        if (!take(U":"))
-            fail("unexpected " + here() + " after `?`", "`:` and the other value");
-        const ExpressionId no = choice();
-        return node(at, ExpressionOp::Choose, condition, yes, no);
-    }
-
-    struct Operator
-    {
-        std::u32string_view text;
-        ExpressionOp op;
-    };
-
-    /// Binary operators of one level, longest spelling first, and the levels in order of binding.
-    static std::span<const Operator> level(std::size_t index)
-    {
-        using enum ExpressionOp;
-        static constexpr Operator kOr[] = {{U"||", Or}};
-        static constexpr Operator kAnd[] = {{U"&&", And}};
-        static constexpr Operator kEqual[] = {{U"==", Equal}, {U"!=", NotEqual}};
-        static constexpr Operator kLess[] = {{U"<=", LessEqual}, {U">=", GreaterEqual}, {U"<", Less}, {U">", Greater}};
-        static constexpr Operator kSum[] = {{U"+", Add}, {U"-", Subtract}};
-        static constexpr Operator kProduct[] = {{U"*", Multiply}, {U"/", Divide}, {U"%", Modulo}};
-        static constexpr std::span<const Operator> kLevels[] = {kOr, kAnd, kEqual, kLess, kSum, kProduct};
-        return kLevels[index];
-    }
-    static constexpr std::size_t kLevels = 6;
-
-    ExpressionId chain(std::size_t index)
-    {
-        if (index == kLevels)
-            return unary();
-        ExpressionId left = chain(index + 1);
-        for (;;)
-        {
-            skipSpace();
-            const std::size_t at = position_;
-            const auto operators = level(index);
-            const auto found = std::ranges::find_if(operators, [&](const Operator& o) { return take(o.text); });
-            if (found == operators.end())
-            {
-                if (index == 2 && peek() == '=')
-                    fail("`=` does not compare", "`==`");
-                if (index == 0 && (peek() == '&' || peek() == '|'))
-                    fail("unexpected " + here(), "`&&` or `||`");
-                return left;
-            }
-            left = node(at, found->op, left, chain(index + 1));
-        }
-    }
-
-    ExpressionId unary()
-    {
-        skipSpace();
-        const std::size_t start = position_;
-        if (take(U"-"))
-            return node(start, ExpressionOp::Negate, operand());
-        if (take(U"+"))
-            return node(start, ExpressionOp::Plus, operand());
-        if (peek() == '!' && peek(1) != '=' && take(U"!"))
-            return node(start, ExpressionOp::Not, operand());
-        const ExpressionId base = primary();
-        skipSpace();
-        const std::size_t at = position_;
-        if (!take(U"^"))
-            return base;
-        return node(at, ExpressionOp::Power, base, operand());
-    }
-
-    ExpressionId operand()
-    {
-        const Deeper deeper(*this);
-        return unary();
-    }
-
-    ExpressionId primary()
-    {
-        skipSpace();
-        if (take(U"("))
-        {
-            const ExpressionId inner = choice();
-            if (!take(U")"))
-                fail("unexpected " + here(), "`)`");
-            return inner;
-        }
-        if (isDigit(peek()) || (peek() == '.' && isDigit(peek(1))))
-            return numeral();
-        if (isNameStart(peek()))
-            return reference();
-        fail("unexpected " + here() + " in an expression", "a number, a name or `(`");
-    }
-
-    ExpressionId numeral()
-    {
-        const std::size_t start = position_;
-        std::string text;
-        const auto digits = [&] {
-            while (isDigit(peek()))
-                text += static_cast<char>(line_[position_++]);
-        };
-        digits();
-        if (peek() == '.')
-        {
-            text += '.';
-            ++position_;
-            digits();
-        }
-        const std::size_t sign = peek(1) == '+' || peek(1) == '-' ? 2 : 1;
-        if ((peek() == 'e' || peek() == 'E') && isDigit(peek(sign)))
-        {
-            text += 'e';
-            if (sign == 2)
-                text += static_cast<char>(peek(1));
-            position_ += sign;
-            digits();
-        }
-        double value = 0;
-        const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
-        if (read.ec != std::errc{} || read.ptr != text.data() + text.size() || !std::isfinite(value))
-        {
-            position_ = start;
-            fail("no double holds the number " + text.substr(0, 40), "0, or a number from 5e-324 to 1.8e308");
-        }
-        return leaf({.value = value});
-    }
-
-    ExpressionId reference()
-    {
-        const std::size_t start = position_;
-        const std::string text = name("a value");
-        if (scope)
-            if (const auto found = std::ranges::find(scope->parameters, text); found != scope->parameters.end())
-                return leaf({ExpressionOp::Parameter, static_cast<std::uint32_t>(found - scope->parameters.begin())});
-        constexpr std::string_view kTransform = "srbo";
-        if (transforms && text.size() == 1 && kTransform.find(text[0]) != std::string_view::npos)
-            return leaf({ExpressionOp::Transform, static_cast<std::uint32_t>(kTransform.find(text[0]))});
-        if (const auto found = constants_.find(text); found != constants_.end())
-            return leaf({ExpressionOp::Constant, found->second});
-        if (text == "n")
-            return leaf({ExpressionOp::Step});
-        if (text == "pi")
-            return leaf({ExpressionOp::Pi});
-        const auto functions = expressionFunctions();
-        const auto function = std::ranges::find(functions, text, &ExpressionFunction::name);
-        if (function == functions.end())
-        {
-            position_ = start;
-            fail("`" + text + "` is not known here",
-                 "a parameter of the predecessor, a constant made by `let`, or a function such as sin");
-        }
-        if (!take(U"("))
-            fail("the function " + text + " has no arguments", "`(` after " + text);
-        const ExpressionId first = choice();
-        ExpressionId second = kNoExpression;
-        if (function->arguments == 2)
-        {
-            if (!take(U","))
-                fail("the function " + text + " takes 2 arguments", "`,` and the second one");
-            second = choice();
-        }
-        if (!take(U")"))
-            fail("unexpected " + here() + " after the argument of " + text, "`)`");
-        return node(start, function->op, first, second);
-    }
-
-    Grammar& grammar_;
-    const LongSymbols& longSymbols_;
-    const ConstantIndex& constants_;
-    const Limits& limits_;
-    std::u32string_view line_;
-    std::size_t position_;
-    std::size_t end_;
-    std::uint32_t depth_ = 0;
-    ExpressionId firstExpression_;
-    std::vector<std::uint32_t> heights_; ///< Of the expressions from firstExpression_ on.
+    Rewriting,
+    Interpretation,
 };
 
-/// The file: collects mistakes line by line.
+/// What somebody may have meant who wrote no arrow.
+GrammarMistake withoutArrow(std::u32string_view line, std::size_t start, Kind kind)
+{
+    if (kind == Kind::Interpretation)
+        return {start, "no arrow stands after `interpret:`", "a production such as `interpret: A -> F`"};
+    const std::u32string_view word = line.substr(start, endOfWord(line, start) - start);
+    if (const std::string instead = insteadOf(toUtf8(word.substr(0, kLongestSymbol))); !instead.empty())
+        return {start, quoted(word) + " begins no line here", instead};
+    const std::size_t equals = findOutside(line, start, line.size(), [&](std::size_t i) {
+        constexpr std::u32string_view kCompare = U"=<>!";
+        return line[i] == '=' && (i == start || kCompare.find(line[i - 1]) == kNowhere) &&
+               (i + 1 == line.size() || line[i + 1] != '=');
+    });
+    if (equals < line.size())
+        return {equals, "`=` is no arrow", "`predecessor -> successor` for a production, or `let` before a constant"};
+    return {start, "this line is neither a setting, a `let` nor a production", "`predecessor -> successor`"};
+}
+
+/// The last `->`, `-->` or `→` outside parentheses.
+Arrow arrowOf(std::u32string_view line, std::size_t start, Kind kind)
+{
+    Arrow arrow{kNowhere, 0};
+    std::size_t depth = 0;
+    std::size_t open = start;
+    std::size_t enclosing = kNowhere; // the parenthesis around the first arrow that stands inside one
+    for (std::size_t i = start; i < line.size(); ++i)
+    {
+        if (line[i] == '(' && depth++ == 0)
+            open = i;
+        depth -= line[i] == ')' && depth > 0 ? 1u : 0u;
+        const std::size_t length = arrowLength(line.substr(i));
+        if (length > 0 && depth > 0)
+            enclosing = std::min(enclosing, open);
+        if (depth > 0 || length == 0)
+            continue;
+        arrow = {i, i + length};
+        i += length - 1;
+    }
+    if (arrow.begin != kNowhere)
+        return arrow;
+    if (depth > 0)
+        throw GrammarMistake{open, "`(` is never closed", "`)`, then an arrow such as `->`"};
+    if (enclosing != kNowhere)
+        throw GrammarMistake{enclosing, "`(` is not closed before the arrow", "`)`, then an arrow such as `->`"};
+    throw withoutArrow(line, start, kind);
+}
+
+/// The text: collects mistakes line by line.
 class FileParser
 {
 public:
-    FileParser(const Limits& limits, const GrammarPlace& place) : limits_(limits), place_(place) {}
+    FileParser(const Limits& limits, const GrammarPlace& place) : limits_(limits), reading_{limits, place} {}
 
     Expected<Grammar> parse(std::string_view text)
     {
-        eachLine(text, [&](std::u32string_view line, std::u32string_view) { declareSymbols(line); });
+        eachLine(text, [&](std::u32string_view line, std::u32string_view) { declare(line); });
         eachLine(text, [&](std::u32string_view line, std::u32string_view comment) { statement(line, comment); });
-        std::ranges::stable_sort(errors_, {}, [](const Error& error) { return error.where.line; });
-        if (errors_.empty() && !axiomSeen_)
-            errors_.push_back(
-                {ErrorKind::BadInput, "the grammar has no axiom", "a line such as `axiom: A`", {}, place_(1, 1)});
+        checkIgnored();
+        if (!stopped_ && errors_.size() < kMostErrors && !settings_.contains("axiom"))
+            errors_.push_back({ErrorKind::BadInput,
+                               "the grammar has no axiom",
+                               "a line such as `axiom: A`",
+                               {},
+                               reading_.place(1, 1)});
         if (errors_.empty())
-            return std::move(grammar_);
+            return std::move(reading_.grammar);
         return tl::make_unexpected(summary());
     }
 
 private:
+    // ---- Mistakes ----
+
     /// Calls `function` with what stands before and from the `#` of each line.
     template <class Function>
     void eachLine(std::string_view text, Function&& function)
     {
-        lineNumber_ = 0;
-        for (std::size_t start = 0; start <= text.size() && errors_.size() < kMostErrors;)
+        reading_.line = 0;
+        for (std::size_t start = 0; start <= text.size() && errors_.size() < kMostErrors && !stopped_;)
         {
             const std::size_t end = std::min(text.find('\n', start), text.size());
-            const std::u32string decoded = letters(text.substr(start, end - start));
+            const std::u32string decoded = lettersOf(text.substr(start, end - start));
             start = end + 1;
-            ++lineNumber_;
+            ++reading_.line;
             const std::u32string_view whole = decoded;
             const std::size_t comment = std::min(whole.find(U'#'), whole.size());
             try
             {
                 function(whole.substr(0, comment), whole.substr(comment));
             }
-            catch (const Mistake& mistake)
+            catch (const GrammarMistake& mistake)
             {
-                errors_.push_back(
-                    {mistake.kind,
-                     mistake.what,
-                     mistake.expected,
-                     {},
-                     place_(static_cast<std::uint32_t>(lineNumber_), static_cast<std::uint32_t>(mistake.column + 1))});
+                report(reading_.line, mistake);
             }
         }
     }
 
-    Error summary() const
+    void report(std::uint32_t line, const GrammarMistake& mistake)
     {
+        stopped_ = stopped_ || mistake.after == AfterMistake::EndOfText;
+        if (mistake.after == AfterMistake::Nothing)
+            return;
+        errors_.push_back({mistake.kind,
+                           mistake.what,
+                           mistake.expected,
+                           {},
+                           reading_.place(line, static_cast<std::uint32_t>(mistake.column + 1))});
+    }
+
+    Error summary()
+    {
+        std::ranges::stable_sort(errors_, {}, [](const Error& error) { return error.where.line; });
         Error first = errors_.front();
         if (errors_.size() > 1)
         {
             first.advice =
-                std::to_string(errors_.size() - 1) + (errors_.size() == kMostErrors ? " or more" : "") + " further:";
+                std::to_string(errors_.size() - 1) + (errors_.size() >= kMostErrors ? " or more" : "") + " further:";
             for (std::size_t i = 1; i < errors_.size(); ++i)
                 first.advice += "\n" + toString(errors_[i]);
         }
         return first;
     }
 
-    LineParser parserOf(std::u32string_view line, std::size_t begin, std::size_t end)
+    /// An ignored symbol is never seen, so a context that names it could never match.
+    void checkIgnored()
     {
-        return {grammar_, longSymbols_, constantIndex_, limits_, line, begin, end};
+        Grammar& grammar = reading_.grammar;
+        std::vector<bool> ignored(grammar.symbols.size());
+        for (const SymbolId id : grammar.ignore)
+            ignored[id] = true;
+        for (const Production& production : grammar.productions)
+            for (const auto* context : {&production.left, &production.right})
+                for (const ContextModule& module : *context)
+                    if (ignored[module.symbol] && errors_.size() < kMostErrors)
+                    {
+                        const std::string symbol = quoted(grammar.symbols.name(module.symbol));
+                        report(production.place.line,
+                               {module.column - 1,
+                                symbol + " is ignored (line " + std::to_string(reading_.place(ignoreLine_, 1).line) +
+                                    "), so no context can name it",
+                                "a context without " + symbol + ", or `ignore:` without it"});
+                    }
     }
 
-    void declareSymbols(std::u32string_view line)
+    // ---- Lines ----
+
+    LineParser parserOf(std::u32string_view line, std::size_t begin, std::size_t end)
     {
-        LineParser parser = parserOf(line, 0, line.size());
-        if (!parser.take(U"symbols:"))
-            return;
+        return {reading_, line, begin, end};
+    }
+
+    /// What later lines, and earlier ones too, depend on: the declared symbols, and where constants are made.
+    void declare(std::u32string_view line)
+    {
+        const std::size_t start = skipBlanks(line, 0);
+        if (isLet(line, start))
+        {
+            const std::size_t name = skipBlanks(line, start + 3);
+            std::size_t end = name;
+            while (end < line.size() && continuesName(line[end]))
+                ++end;
+            if (end - name <= kLongestSymbol && reading_.constantLines.size() < limits_.constants)
+                reading_.constantLines.emplace(toUtf8(line.substr(name, end - name)), reading_.line);
+        }
+        else if (line.substr(start, endOfWord(line, start) - start) == U"symbols")
+            if (const std::size_t colon = settingColon(line, start); colon != kNowhere)
+                declareSymbols(line, start, colon + 1);
+    }
+
+    void declareSymbols(std::u32string_view line, std::size_t start, std::size_t begin)
+    {
         if (!settings_.insert("symbols").second)
-            throw Mistake{parser.position() - 8, "the setting `symbols:` stands twice", "each setting once"};
+            throw GrammarMistake{start, "the setting `symbols:` stands twice", "each setting once"};
+        LineParser parser = parserOf(line, begin, line.size());
         std::vector<std::u32string> names;
         std::set<std::string> known;
-        while (!parser.atEnd())
+        // Those before a mistake are declared all the same, lest every line that uses them seem wrong too.
+        const auto declareThem = [&] { reading_.longSymbols.set(std::move(names)); };
+        try
         {
-            const std::size_t column = parser.position();
-            std::string name = parser.name("a symbol");
-            if (name == "let" || isSettingName(name))
-                throw Mistake{column, "`" + name + "` cannot be a symbol, for it begins lines of its own",
-                              "another name"};
-            if (name.size() > kLongestSymbol)
-                throw Mistake{column, "the symbol has " + std::to_string(name.size()) + " characters",
-                              "at most " + std::to_string(kLongestSymbol), ErrorKind::Limit};
-            if (!known.insert(name).second)
-                throw Mistake{column, "the symbol `" + name + "` is declared twice", "each symbol once"};
-            if (grammar_.longSymbols.size() >= limits_.longSymbols)
-                throw Mistake{column, "more than " + std::to_string(limits_.longSymbols) + " declared symbols",
-                              "at most the limit longSymbols", ErrorKind::Limit};
-            names.push_back(letters(name));
-            grammar_.longSymbols.push_back(std::move(name));
+            while (!parser.atEnd())
+            {
+                std::string name = declaredSymbol(parser, known);
+                names.push_back(lettersOf(name));
+                reading_.grammar.longSymbols.push_back(std::move(name));
+            }
         }
-        longSymbols_.set(std::move(names));
+        catch (const GrammarMistake&)
+        {
+            declareThem();
+            throw;
+        }
+        declareThem();
+    }
+
+    std::string declaredSymbol(LineParser& parser, std::set<std::string>& known)
+    {
+        const std::size_t column = parser.position();
+        std::string name = parser.name("a symbol");
+        if (name == "let" || isSetting(name))
+            throw GrammarMistake{column, "`" + name + "` cannot be a symbol, for it begins lines of its own",
+                                 "another name"};
+        if (name.size() > kLongestSymbol)
+            throw GrammarMistake{column, "the symbol has " + std::to_string(name.size()) + " characters",
+                                 "at most " + std::to_string(kLongestSymbol), ErrorKind::Limit};
+        if (!known.insert(name).second)
+            throw GrammarMistake{column, "the symbol " + quoted(name) + " is declared twice", "each symbol once"};
+        if (known.size() > limits_.longSymbols)
+            throw GrammarMistake{column, "more than " + std::to_string(limits_.longSymbols) + " declared symbols",
+                                 "at most the limit longSymbols", ErrorKind::Limit, AfterMistake::EndOfText};
+        return name;
     }
 
     void statement(std::u32string_view line, std::u32string_view comment)
     {
-        LineParser parser = parserOf(line, 0, line.size());
-        if (parser.atEnd())
+        const std::size_t start = skipBlanks(line, 0);
+        if (start == line.size())
             return refuseDirective(comment, line.size());
-        const std::size_t start = parser.position();
-        if (line.substr(start).starts_with(U"let") && start + 3 < line.size() && isSpace(line[start + 3]))
-        {
-            (void)parser.take(U"let");
-            return constant(parser);
-        }
-        if (const std::size_t colon = settingColon(line, start); colon != std::u32string_view::npos)
-            return setting(toUtf8(line.substr(start, colon - start)), start, line, colon + 1);
+        if (isLet(line, start))
+            return constant(line, start + 3);
+        if (const std::size_t colon = settingColon(line, start); colon != kNowhere)
+            return setting(line, start, colon);
         production(line, start);
     }
 
@@ -631,214 +345,364 @@ private:
     {
         for (const std::u32string_view directive : {U"#define", U"#include"})
             if (comment.starts_with(directive) &&
-                (comment.size() == directive.size() || !isName(comment[directive.size()])))
-                throw Mistake{column, "`" + toUtf8(directive) + "` is the preprocessor's, which is not used here",
-                              "`let name = value` for a constant, and one file a grammar"};
+                (comment.size() == directive.size() || !continuesName(comment[directive.size()])))
+                throw GrammarMistake{column,
+                                     "`" + toUtf8(directive) + "` is the preprocessor's, which is not used here",
+                                     "`let name = value` for a constant, and one file a grammar"};
     }
 
-    void constant(LineParser& parser)
+    /// `let < A` is a production whose left context is the symbols l, e and t.
+    static bool isLet(std::u32string_view line, std::size_t start)
     {
-        parser.skipSpace();
+        if (!line.substr(start).starts_with(U"let") || start + 3 == line.size() || !isBlank(line[start + 3]))
+            return false;
+        const std::size_t next = skipBlanks(line, start + 3);
+        return next == line.size() || line[next] != '<';
+    }
+
+    void constant(std::u32string_view line, std::size_t begin)
+    {
+        Grammar& grammar = reading_.grammar;
+        LineParser parser = parserOf(line, begin, line.size());
+        parser.skipBlanks();
         const std::size_t column = parser.position();
         const std::string name = parser.name("a constant");
-        if (grammar_.constants.size() >= limits_.constants)
-            throw Mistake{column, "more than " + std::to_string(limits_.constants) + " constants",
-                          "at most the limit constants", ErrorKind::Limit};
-        if (constantIndex_.contains(name))
-            throw Mistake{column, "the constant `" + name + "` is defined twice", "each name once"};
+        if (grammar.constants.size() >= limits_.constants)
+            throw GrammarMistake{column, "more than " + std::to_string(limits_.constants) + " constants",
+                                 "at most the limit constants", ErrorKind::Limit, AfterMistake::EndOfText};
+        if (reading_.constants.contains(name))
+            throw GrammarMistake{column, "the constant " + quoted(name) + " is defined twice", "each name once"};
         if (name == "n" || name == "pi" ||
             std::ranges::find(expressionFunctions(), name, &ExpressionFunction::name) != expressionFunctions().end())
-            throw Mistake{column, "`" + name + "` is built in", "another name for the constant"};
-        if (!parser.take(U"="))
-            parser.fail("unexpected " + parser.here() + " after the constant's name", "`=`");
-        const ExpressionId id = parser.expression();
-        parser.expectEnd("the constant's value");
-        ExpressionScope scope;
-        scope.constants = constants_.data();
-        constants_.push_back(evaluate(grammar_.expressions, id, scope));
-        if (scope.failed)
-            throw Mistake{column, "the constant `" + name + "` has no finite value", "a number"};
-        constantIndex_.emplace(name, static_cast<std::uint32_t>(grammar_.constants.size()));
-        grammar_.constants.push_back({name, id});
+            throw GrammarMistake{column, "`" + name + "` is built in", "another name for the constant"};
+        try
+        {
+            if (!parser.take(U"="))
+                parser.fail("unexpected " + parser.here() + " after the constant's name", "`=`");
+            const ExpressionId id = parser.expression();
+            parser.expectEnd("the constant's value");
+            ExpressionScope scope;
+            scope.constants = reading_.constantValues.data();
+            const double value = evaluate(grammar.expressions, id, scope);
+            if (scope.failed)
+                throw GrammarMistake{column, "the constant " + quoted(name) + " has no finite value", "a number"};
+            reading_.constantValues.push_back(value);
+            reading_.constants.emplace(name, static_cast<std::uint32_t>(grammar.constants.size()));
+            grammar.constants.push_back({name, id});
+        }
+        catch (const GrammarMistake&)
+        {
+            reading_.brokenConstants.insert(name);
+            throw;
+        }
     }
 
-    /// The colon of `word:` at the start of the line, or npos where that is not a setting but a production's.
+    // ---- Settings ----
+
+    /// The colon of `word:` at the start of the line, or kNowhere if that is not a setting but a production. Blanks
+    /// before the colon are allowed after the name of a setting.
     [[nodiscard]] std::size_t settingColon(std::u32string_view line, std::size_t start) const
     {
-        std::size_t end = start;
-        while (end < line.size() && isNameStart(line[end]))
-            ++end;
-        const bool isSetting = end - start >= 2 && end < line.size() && line[end] == ':';
-        const bool isSymbol = longSymbols_.match(line.substr(start, end - start)) == end - start;
-        return isSetting && !isSymbol ? end : std::u32string_view::npos;
+        const std::size_t end = endOfWord(line, start);
+        const std::size_t length = end - start;
+        if (length < 2)
+            return kNowhere;
+        const std::size_t colon = skipBlanks(line, end);
+        if (colon == line.size() || line[colon] != ':')
+            return kNowhere;
+        if (colon > end && (length > kLongestSymbol || !isSetting(toUtf8(line.substr(start, length)))))
+            return kNowhere;
+        const bool isSymbol = reading_.longSymbols.match(line.substr(start, length)).length == length;
+        return isSymbol ? kNowhere : colon;
     }
 
-    void setting(const std::string& name, std::size_t start, std::u32string_view line, std::size_t valueStart)
+    void setting(std::u32string_view line, std::size_t start, std::size_t colon)
     {
+        const std::string name = toUtf8(line.substr(start, endOfWord(line, start) - start));
         if (name == "symbols")
             return; // read before everything else
-        LineParser parser = parserOf(line, valueStart, line.size());
-        if (std::ranges::find(kForeignSettings, name) != std::end(kForeignSettings))
-            throw Mistake{
-                start, "`" + name + ":` is not part of a species' grammar",
-                "a context-free grammar: symbols, let, angle, step, width, draw, move, axiom and productions"};
+        if (!isSetting(name))
+            unknownSetting(name, start);
+        if (name == "interpret")
+            return interpretation(line, colon + 1);
         if (!settings_.insert(name).second)
-            throw Mistake{start, "the setting `" + name + ":` stands twice", "each setting once"};
+            throw GrammarMistake{start, "the setting `" + name + ":` stands twice", "each setting once"};
+
+        Grammar& grammar = reading_.grammar;
+        LineParser parser = parserOf(line, colon + 1, line.size());
         if (name == "angle")
-            grammar_.angle = parser.number(constants_, -limits_.angleDegrees, limits_.angleDegrees);
+            grammar.angle = parser.number(-limits_.angleDegrees, limits_.angleDegrees);
         else if (name == "step")
-            grammar_.step = parser.number(constants_, 0, limits_.coordinate);
+            grammar.step = parser.number(0, limits_.coordinate);
         else if (name == "width")
-            grammar_.width = parser.number(constants_, 0, limits_.coordinate);
+            grammar.width = parser.number(0, limits_.coordinate);
         else if (name == "draw")
-            grammar_.draw = symbolList(parser);
+            grammar.draw = symbols(parser);
         else if (name == "move")
-            grammar_.move = symbolList(parser);
+            grammar.move = symbols(parser);
+        else if (name == "ignore")
+            ignore(parser);
+        else if (name == "order")
+            order(parser);
+        else if (name == "tropism")
+            tropism(parser);
+        else if (name == "iterations")
+            iterations(parser);
         else if (name == "axiom")
-        {
-            grammar_.axiom = parser.word("axiom");
-            axiomSeen_ = true;
-        }
-        else
-            throw Mistake{start, "unknown setting `" + name + ":`",
-                          "one of symbols, angle, step, width, draw, move, axiom"};
+            axiom(parser);
         parser.expectEnd("the setting");
     }
 
-    static std::vector<SymbolId> symbolList(LineParser& parser)
+    [[noreturn]] static void unknownSetting(const std::string& name, std::size_t start)
+    {
+        std::string expected = insteadOf(name);
+        if (expected.empty())
+        {
+            for (const std::string_view known : kSettings)
+                expected += (expected.empty() ? "one of " : ", ") + std::string(known);
+            expected += "; or exactly one symbol before a production's condition";
+        }
+        throw GrammarMistake{start, "unknown setting `" + shortened(name) + ":`", expected};
+    }
+
+    static std::vector<SymbolId> symbols(LineParser& parser)
     {
         std::vector<SymbolId> ids;
         while (!parser.atEnd())
-            ids.push_back(parser.symbol());
+            ids.push_back(parser.listedSymbol());
         return ids;
     }
 
-    struct Arrow
+    void ignore(LineParser& parser)
     {
-        std::size_t begin;
-        std::size_t end;
-    };
-
-    /// The last `->`, `-->` or `→` outside parentheses.
-    static Arrow arrowOf(std::u32string_view line, std::size_t start)
-    {
-        Arrow arrow{std::u32string_view::npos, 0};
-        int depth = 0;
-        std::size_t open = 0;
-        for (std::size_t i = start; i < line.size(); ++i)
+        ignoreLine_ = reading_.line;
+        while (!parser.atEnd())
         {
-            if (line[i] == '(' && depth++ == 0)
-                open = i;
-            depth -= line[i] == ')' ? 1 : 0;
-            const std::size_t length = arrowLength(line.substr(i));
-            if (depth > 0 || length == 0)
-                continue;
-            arrow = {i, i + length};
-            i += length - 1;
+            if (const char32_t c = parser.peek(); c == '[' || c == ']')
+                parser.fail(parser.here() + " cannot be ignored, for contexts follow the branches",
+                            "symbols that are no brackets");
+            reading_.grammar.ignore.push_back(parser.listedSymbol());
         }
-        if (arrow.begin == std::u32string_view::npos && depth > 0)
-            throw Mistake{open, "`(` is never closed", "`)`, then an arrow such as `->`"};
-        if (arrow.begin == std::u32string_view::npos)
-            throw Mistake{start, "this line is neither a setting, a `let` nor a production",
-                          "`predecessor -> successor`"};
-        return arrow;
     }
 
-    static std::size_t colonOf(std::u32string_view line, std::size_t begin, std::size_t end)
+    void order(LineParser& parser)
     {
-        int depth = 0;
-        for (std::size_t i = begin; i < end; ++i)
+        constexpr std::string_view kExpected = "`listed` (the first that matches) or `context-first` (the default)";
+        if (parser.take(U"context-first"))
+            reading_.grammar.order = MatchOrder::ContextFirst;
+        else if (parser.take(U"listed"))
+            reading_.grammar.order = MatchOrder::Listed;
+        else
+            parser.fail("unexpected " + parser.hereWord() + " as the order of productions", std::string(kExpected));
+        parser.expectEnd("the order of productions", kExpected);
+    }
+
+    void tropism(LineParser& parser)
+    {
+        std::array<double, 4> values{};
+        for (double& value : values)
         {
-            depth += line[i] == '(' ? 1 : line[i] == ')' ? -1 : 0;
-            if (line[i] == ':' && depth == 0)
-                return i;
+            if (parser.atEnd())
+                parser.fail("the tropism has fewer than four values",
+                            "its strength and a direction, as in `tropism: 0.22 0 -1 0`");
+            value = parser.listedNumber(-limits_.coordinate, limits_.coordinate);
         }
-        return end;
+        parser.expectEnd("the tropism's four values", "the end of the line; a sum or product in parentheses");
+        reading_.grammar.tropism = Tropism{values[0], {values[1], values[2], values[3]}};
+    }
+
+    void iterations(LineParser& parser)
+    {
+        parser.skipBlanks();
+        const std::size_t column = parser.position();
+        const double value = parser.number(0, kMostIterations);
+        if (value != std::floor(value))
+            throw GrammarMistake{column, "the value " + formatNumber(value) + " is not a whole number",
+                                 "a whole number from 0 to " + std::to_string(kMostIterations)};
+        reading_.grammar.iterations = static_cast<std::uint32_t>(value);
+    }
+
+    void axiom(LineParser& parser)
+    {
+        parser.skipBlanks();
+        reading_.grammar.axiomPlace = placeOf(parser.position());
+        reading_.grammar.axiom = parser.word("axiom");
+    }
+
+    // ---- Productions ----
+
+    [[nodiscard]] TextPlace placeOf(std::size_t column) const
+    {
+        return {reading_.line, static_cast<std::uint32_t>(column + 1)};
     }
 
     void production(std::u32string_view line, std::size_t start)
     {
-        if (grammar_.productions.size() >= limits_.productions)
-            throw Mistake{start, "more than " + std::to_string(limits_.productions) + " productions",
-                          "at most the limit productions", ErrorKind::Limit};
-        const Arrow arrow = arrowOf(line, start);
-        Production result;
-        result.line = static_cast<std::uint32_t>(lineNumber_);
+        Production read = productionOf(line, start, Kind::Rewriting);
+        reading_.grammar.productions.push_back(std::move(read));
+    }
 
+    void interpretation(std::u32string_view line, std::size_t begin)
+    {
+        const std::size_t start = skipBlanks(line, begin);
+        Production read = productionOf(line, start, Kind::Interpretation);
+        reading_.grammar.interpretations.push_back(std::move(read));
+    }
+
+    /// `left < predecessor > right : condition -> successor : weight : ~ table(row)`
+    Production productionOf(std::u32string_view line, std::size_t start, Kind kind)
+    {
+        const Grammar& grammar = reading_.grammar;
+        if (grammar.productions.size() + grammar.interpretations.size() >= limits_.productions)
+            throw GrammarMistake{start, "more than " + std::to_string(limits_.productions) + " productions",
+                                 "at most the limit productions", ErrorKind::Limit, AfterMistake::EndOfText};
+        const Arrow arrow = arrowOf(line, start, kind);
         const std::size_t leftColon = colonOf(line, start, arrow.begin);
-        predecessor(line, start, leftColon, result);
+        const std::size_t rightColon = colonOf(line, arrow.end, line.size());
+
+        Production result;
+        result.place = placeOf(start);
+        const ParameterNames names = leftHandSide(line, start, leftColon, kind, result);
         if (leftColon < arrow.begin)
         {
             LineParser parser = parserOf(line, leftColon + 1, arrow.begin);
-            parser.scope = &result;
+            parser.scope = &names;
             if (!parser.take(U"*"))
                 result.condition = parser.expression();
-            parser.expectEnd("the condition");
+            parser.expectEnd("the condition", "an operator such as `&&`, or the arrow");
         }
-
-        const std::size_t rightColon = colonOf(line, arrow.end, line.size());
         if (rightColon < line.size())
-            weightAndTable(line, rightColon + 1, result);
+            weightAndTable(line, rightColon + 1, kind, names, result);
 
+        const std::string& predecessor = grammar.symbols.name(result.predecessor);
         LineParser successor = parserOf(line, arrow.end, rightColon);
-        successor.scope = &result;
+        successor.scope = &names;
         successor.transforms = !result.table.empty();
-        result.successor = successor.word("successor");
-        grammar_.productions.push_back(std::move(result));
+        result.successor = successor.word("successor", isBracket(predecessor) ? Brackets::Any : Brackets::Balance);
+        return result;
     }
 
-    void predecessor(std::u32string_view line, std::size_t begin, std::size_t end, Production& result)
+    static bool isBracket(std::string_view symbol) { return symbol == "[" || symbol == "]"; }
+
+    /// Contexts and predecessor; what their parameters are called.
+    ParameterNames leftHandSide(std::u32string_view line, std::size_t begin, std::size_t end, Kind kind,
+                                Production& result)
     {
-        for (std::size_t i = begin, depth = 0; i < end; ++i)
+        const Contexts signs = contextsOf(line, begin, end, kind);
+        const std::size_t predecessorEnd = signs.right == kNowhere ? end : signs.right;
+        std::vector<std::size_t> leftColumns;
+        std::vector<std::size_t> columns;
+        std::vector<std::size_t> rightColumns;
+        if (signs.left != kNowhere)
         {
-            depth += line[i] == '(' ? 1u : 0u;
-            depth -= line[i] == ')' && depth > 0 ? 1u : 0u;
-            if (depth == 0 && arrowLength(line.substr(i, end - i)) > 0)
-                throw Mistake{i, "a production has one arrow", "`predecessor -> successor`"};
-            if (depth == 0 && (line[i] == '<' || line[i] == '>'))
-                throw Mistake{i, "contexts are not part of a species' grammar", "a predecessor without context"};
+            if (skipBlanks(line.substr(0, signs.left), begin) == signs.left)
+                throw GrammarMistake{signs.left, "nothing stands before `<`",
+                                     "the left context, as in `B < A -> F`, or no `<`"};
+            result.left = parserOf(line, begin, signs.left).context(ContextSide::Left, leftColumns);
         }
-        LineParser parser = parserOf(line, begin, end);
-        result.predecessor = parser.symbol();
-        if (const std::string& name = grammar_.symbols.name(result.predecessor); name == "[" || name == "]")
-            throw Mistake{begin, "`" + name + "` cannot be rewritten, for brackets must balance",
-                          "another predecessor"};
-        if (parser.take(U"(") && !parser.take(U")"))
+        predecessor(line, signs.left == kNowhere ? begin : signs.left + 1, predecessorEnd, kind, columns, result);
+        if (signs.right != kNowhere)
         {
-            do
-            {
-                parser.skipSpace();
-                const std::size_t column = parser.position();
-                std::string name = parser.name("a parameter");
-                if (std::ranges::find(result.parameters, name) != result.parameters.end())
-                    throw Mistake{column, "the parameter `" + name + "` stands twice", "different names"};
-                if (result.parameters.size() >= limits_.parameters)
-                    throw Mistake{column, "more than " + std::to_string(limits_.parameters) + " parameters",
-                                  "at most the limit parameters", ErrorKind::Limit};
-                result.parameters.push_back(std::move(name));
-            } while (parser.take(U","));
-            if (!parser.take(U")"))
-                parser.fail("unexpected " + parser.here() + " in the parameters", "`,` or `)`");
+            if (skipBlanks(line.substr(0, end), signs.right + 1) == end)
+                throw GrammarMistake{signs.right, "nothing stands after `>`",
+                                     "the right context, as in `A > B -> F`, or no `>`"};
+            result.right = parserOf(line, signs.right + 1, end).context(ContextSide::Right, rightColumns);
         }
-        parser.expectEnd("the predecessor (it is exactly one symbol)");
+
+        ParameterNames names;
+        std::uint32_t number = 0;
+        for (std::size_t i = 0; i < columns.size(); ++i)
+            names.add(result.parameters[i], number++, columns[i]);
+        const auto add = [&](const std::vector<ContextModule>& context, const std::vector<std::size_t>& places) {
+            std::size_t i = 0;
+            for (const ContextModule& module : context)
+                for (const std::string& name : module.parameters)
+                    names.add(name, number++, places[i++]);
+        };
+        add(result.left, leftColumns);
+        add(result.right, rightColumns);
+        if (const std::size_t repeated = names.settle(); repeated != kNowhere)
+            throw GrammarMistake{repeated,
+                                 "the parameter " + quoted(parserOf(line, repeated, end).name("a parameter")) +
+                                     " stands twice",
+                                 "different names on the whole left-hand side"};
+        return names;
     }
 
-    void weightAndTable(std::u32string_view line, std::size_t begin, Production& result)
+    /// Where `<` and `>` stand.
+    struct Contexts
+    {
+        std::size_t left = kNowhere;
+        std::size_t right = kNowhere;
+    };
+
+    static Contexts contextsOf(std::u32string_view line, std::size_t begin, std::size_t end, Kind kind)
+    {
+        constexpr const char* kForm =
+            "`left < predecessor > right`; several neighbours stand together, as in `BC < A > DE`";
+        Contexts signs;
+        findOutside(line, begin, end, [&](std::size_t i) {
+            if (arrowLength(line.substr(i, end - i)) > 0)
+                throw GrammarMistake{i, "a production has one arrow", "`predecessor -> successor`"};
+            if (line[i] != '<' && line[i] != '>')
+                return false;
+            const std::string sign = line[i] == '<' ? "`<`" : "`>`";
+            if (kind == Kind::Interpretation)
+                throw GrammarMistake{i, "`interpret:` has no context, " + sign + " stands before its colon",
+                                     "`interpret: symbol -> shapes`, or a comparison after the colon"};
+            std::size_t& place = line[i] == '<' ? signs.left : signs.right;
+            if (place != kNowhere)
+                throw GrammarMistake{i, "a second " + sign + " in one production", kForm};
+            if (line[i] == '<' && signs.right != kNowhere)
+                throw GrammarMistake{i, "`<` stands after `>`", kForm};
+            place = i;
+            return false;
+        });
+        return signs;
+    }
+
+    void predecessor(std::u32string_view line, std::size_t begin, std::size_t end, Kind kind,
+                     std::vector<std::size_t>& columns, Production& result)
+    {
+        LineParser parser = parserOf(line, begin, end);
+        if (parser.atEnd())
+            parser.fail("no predecessor stands before " + parser.here(),
+                        "the symbol to rewrite, as in `A -> F` or `B < A > C -> F`");
+        const std::size_t start = parser.position();
+        result.predecessor = parser.symbol();
+        if (const std::string& name = reading_.grammar.symbols.name(result.predecessor);
+            kind == Kind::Rewriting && isBracket(name))
+            throw GrammarMistake{start, "`" + name + "` cannot be rewritten, for brackets must balance",
+                                 "another predecessor, or `interpret: " + name + " -> ...`"};
+        result.parameters = parser.formalParameters(columns);
+        parser.expectEnd(
+            "the predecessor",
+            kind == Kind::Rewriting
+                ? "exactly one symbol; its neighbours belong into contexts (`left < predecessor > right`), "
+                  "its condition after a `:`"
+                : "exactly one symbol, and its condition after a `:`");
+    }
+
+    void weightAndTable(std::u32string_view line, std::size_t begin, Kind kind, const ParameterNames& names,
+                        Production& result)
     {
         LineParser parser = parserOf(line, begin, line.size());
-        parser.scope = &result;
-        parser.skipSpace();
+        parser.scope = &names;
+        parser.skipBlanks();
         if (parser.peek() != '~')
         {
             result.weight = parser.expression();
             if (parser.atEnd())
                 return;
             if (!parser.take(U":"))
-                parser.fail("unexpected " + parser.here() + " after the weight", "`: ~ table` or the end of the line");
+                parser.fail("unexpected " + parser.here() + " after the weight",
+                            kind == Kind::Rewriting ? "`: ~ table` or the end of the line" : "the end of the line");
         }
+        parser.skipBlanks();
+        if (kind == Kind::Interpretation)
+            parser.fail("`interpret:` draws from no table", "a weight, or the end of the line");
         if (!parser.take(U"~"))
             parser.fail("unexpected " + parser.here(), "`~` and the name of a table");
-        parser.skipSpace();
         result.table = parser.name("a table");
         if (parser.take(U"("))
         {
@@ -850,15 +714,11 @@ private:
     }
 
     const Limits& limits_;
-    const GrammarPlace& place_;
-    Grammar grammar_;
-    LongSymbols longSymbols_;
-    std::size_t lineNumber_ = 0;
-    std::vector<double> constants_;
-    ConstantIndex constantIndex_;
-    std::set<std::string> settings_;
-    bool axiomSeen_ = false;
+    GrammarReading reading_;
+    std::uint32_t ignoreLine_ = 0;
+    std::set<std::string, std::less<>> settings_; ///< Those seen, read or not.
     std::vector<Error> errors_;
+    bool stopped_ = false;
 };
 
 } // namespace

@@ -66,8 +66,16 @@ Binding bindingOf(const ExpressionNode& node)
 struct Printer
 {
     const Grammar& grammar;
-    const Production* production = nullptr; ///< Whose parameters the expressions name.
+    std::vector<std::string_view> parameters = {}; ///< What expressions call them.
     std::string out = {};
+
+    void enter(const Production& production)
+    {
+        parameters.assign(production.parameters.begin(), production.parameters.end());
+        for (const auto* context : {&production.left, &production.right})
+            for (const ContextModule& module : *context)
+                parameters.insert(parameters.end(), module.parameters.begin(), module.parameters.end());
+    }
 
     void expression(ExpressionId id, int atLeast)
     {
@@ -83,7 +91,8 @@ struct Printer
             out += formatNumber(node.value);
             break;
         case Parameter:
-            out += production ? production->parameters[node.first] : "p" + std::to_string(node.first);
+            out +=
+                node.first < parameters.size() ? std::string(parameters[node.first]) : "p" + std::to_string(node.first);
             break;
         case Constant:
             out += grammar.constants[node.first].name;
@@ -174,14 +183,41 @@ struct Printer
         }
     }
 
+    void formalParameters(const std::vector<std::string>& names)
+    {
+        for (std::size_t i = 0; i < names.size(); ++i)
+            out += (i == 0 ? "(" : ", ") + names[i];
+        if (!names.empty())
+            out += ')';
+    }
+
+    void context(const std::vector<ContextModule>& modules)
+    {
+        for (const ContextModule& module : modules)
+        {
+            symbol(module.symbol);
+            formalParameters(module.parameters);
+        }
+        // A lone `*` is refused, for elsewhere it means "any neighbour".
+        if (modules.size() == 1 && modules[0].parameters.empty() && grammar.symbols.name(modules[0].symbol) == "*")
+            out += "()";
+    }
+
     void productionText(const Production& p)
     {
-        production = &p;
+        enter(p);
+        if (!p.left.empty())
+        {
+            context(p.left);
+            out += " < ";
+        }
         out += grammar.symbols.name(p.predecessor);
-        for (std::size_t i = 0; i < p.parameters.size(); ++i)
-            out += (i == 0 ? "(" : ", ") + p.parameters[i];
-        if (!p.parameters.empty())
-            out += ')';
+        formalParameters(p.parameters);
+        if (!p.right.empty())
+        {
+            out += " > ";
+            context(p.right);
+        }
         if (p.condition != kNoExpression)
         {
             out += " : ";
@@ -222,7 +258,9 @@ struct Printer
 
 std::string printWord(const Grammar& grammar, const std::vector<Module>& word, const Production* scope)
 {
-    Printer printer{grammar, scope};
+    Printer printer{grammar};
+    if (scope)
+        printer.enter(*scope);
     printer.word(word);
     return printer.out;
 }
@@ -268,11 +306,33 @@ std::string printGrammar(const Grammar& grammar)
         printer.symbolSetting("draw:", grammar.draw);
     if (!sameSymbols(grammar.move, defaults.move))
         printer.symbolSetting("move:", grammar.move);
+    if (!grammar.ignore.empty())
+        printer.symbolSetting("ignore:", grammar.ignore);
+    if (grammar.order == MatchOrder::Listed)
+        out += "order: listed\n";
+    if (grammar.tropism)
+    {
+        out += "tropism: " + formatNumber(grammar.tropism->elasticity);
+        for (const double component : grammar.tropism->direction)
+            out += ' ' + formatNumber(component);
+        out += '\n';
+    }
+    if (grammar.iterations)
+        out += "iterations: " + std::to_string(*grammar.iterations) + '\n';
     out += "axiom: ";
     printer.word(grammar.axiom);
     out += '\n';
     for (const Production& production : grammar.productions)
-        out += printProduction(grammar, production) + '\n';
+    {
+        printer.productionText(production);
+        out += '\n';
+    }
+    for (const Production& production : grammar.interpretations)
+    {
+        out += "interpret: ";
+        printer.productionText(production);
+        out += '\n';
+    }
     return out;
 }
 

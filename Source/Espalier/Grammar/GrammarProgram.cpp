@@ -1,47 +1,12 @@
-#include <Espalier/Grammar/Derivation.h>
+#include <Espalier/Grammar/GrammarProgram.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <numeric>
 #include <queue>
 
 namespace espalier {
-
-namespace {
-
-/// The value of an expression that depends on nothing but constants; nothing otherwise.
-bool constantValue(const ExpressionPool& pool, ExpressionId id, const std::vector<double>& constants, double& value)
-{
-    const auto isConstant = [&](const auto& self, ExpressionId e) -> bool {
-        using enum ExpressionOp;
-        if (e == kNoExpression)
-            return true;
-        const ExpressionNode& node = pool[e];
-        switch (node.op)
-        {
-        case Number:
-        case Constant:
-        case Pi:
-            return true;
-        case Parameter:
-        case Transform:
-        case Step:
-        case Rand:
-        case Normal:
-            return false;
-        default:
-            return self(self, node.first) && self(self, node.second) && self(self, node.third);
-        }
-    };
-    if (!isConstant(isConstant, id))
-        return false;
-    ExpressionScope scope;
-    scope.constants = constants.data();
-    value = evaluate(pool, id, scope);
-    return !scope.failed;
-}
-
-} // namespace
 
 Expected<GrammarProgram> GrammarProgram::make(const Grammar& grammar, std::span<const TransformTable> tables)
 {
@@ -52,10 +17,32 @@ Expected<GrammarProgram> GrammarProgram::make(const Grammar& grammar, std::span<
         return tl::make_unexpected(done.error());
     if (auto done = program.resolveTables(); !done)
         return tl::make_unexpected(done.error());
-    program.groupProductions();
-    for (Group& group : program.groups_)
+    if (auto done = program.numberLetters(); !done)
+        return tl::make_unexpected(done.error());
+    if (auto done = program.checkBrackets(); !done)
+        return tl::make_unexpected(done.error());
+
+    program.compileRules(program.grammar_.productions, false);
+    program.compileRules(program.grammar_.interpretations, true);
+    const auto productions = static_cast<std::uint32_t>(grammar.productions.size());
+    program.groupRules(0, productions, program.code_.groupOfLetter);
+    program.groupRules(productions, static_cast<std::uint32_t>(program.code_.rules.size()),
+                       program.code_.interpretationGroup);
+    program.compileWord(program.grammar_.axiom, program.grammar_.axiomPlace);
+    for (const auto* list : {&program.grammar_.productions, &program.grammar_.interpretations})
+        for (const Production& production : *list)
+            program.compileWord(production.successor, production.place);
+    if (const auto place = program.tooManyDraws_)
+        return failure(ErrorKind::Limit, {{}, place->line, place->column},
+                       "one module or rule draws more than 255 random values", "at most 255 calls of rand and normal");
+    if (program.code_.expressions.isTooDeep())
+        return failure(ErrorKind::Limit, {}, "an expression nests too deep to be evaluated",
+                       "at most 256 operations that wait for their operands");
+    for (Group& group : program.code_.groups)
         program.tabulate(group);
     program.price();
+    program.summarise();
+    program.expand();
     return program;
 }
 
@@ -73,6 +60,15 @@ Expected<void> GrammarProgram::evaluateConstants()
     return {};
 }
 
+bool GrammarProgram::constantValue(ExpressionId id, double& value) const
+{
+    ExpressionCode scratch;
+    ExpressionNeeds needs;
+    const CompiledExpression compiled = scratch.compile(grammar_.expressions, id, constants_, needs);
+    value = compiled.value;
+    return compiled.isConstant();
+}
+
 Expected<void> GrammarProgram::resolveTables()
 {
     std::vector<std::uint32_t> byName(tables_.size());
@@ -80,22 +76,23 @@ Expected<void> GrammarProgram::resolveTables()
     std::ranges::stable_sort(byName, {}, [&](std::uint32_t i) { return std::string_view(tables_[i].name); });
     for (const Production& production : grammar_.productions)
     {
-        tableOf_.push_back(kNothing);
+        tableOfProduction_.push_back(kNothing);
         if (production.table.empty())
             continue;
         const auto found = std::ranges::lower_bound(byName, std::string_view(production.table), {},
                                                     [&](std::uint32_t i) { return std::string_view(tables_[i].name); });
         if (found == byName.end() || tables_[*found].name != production.table || tables_[*found].rows.empty())
-            return failure(ErrorKind::BadInput, {{}, production.line, 1},
+            return failure(ErrorKind::BadInput, {{}, production.place.line, production.place.column},
                            "the production `" + printProduction(grammar_, production) + "` draws from the table " +
                                production.table + ", which does not exist or is empty",
-                           "the name of a table of transforms with at least one row");
-        tableOf_.back() = *found;
+                           "the name of a table of transforms with at least one row",
+                           "tables stand in species; a grammar alone has none");
+        tableOfProduction_.back() = *found;
         const std::size_t rows = tables_[*found].rows.size();
         double row = 0;
-        if (production.row != kNoExpression && constantValue(grammar_.expressions, production.row, constants_, row) &&
+        if (production.row != kNoExpression && constantValue(production.row, row) &&
             !(row >= 0 && row < static_cast<double>(rows)))
-            return failure(ErrorKind::BadInput, {{}, production.line, 1},
+            return failure(ErrorKind::BadInput, {{}, production.place.line, production.place.column},
                            "the production `" + printProduction(grammar_, production) +
                                "` takes a row that the table " + production.table + " lacks",
                            "a row from 0 to " + std::to_string(rows - 1));
@@ -103,72 +100,295 @@ Expected<void> GrammarProgram::resolveTables()
     return {};
 }
 
-void GrammarProgram::groupProductions()
+/// Letters in the order of their first mention: axiom, productions, interpretations.
+Expected<void> GrammarProgram::numberLetters()
 {
-    // Counting sort by group keeps the order of the text inside each group.
-    firstGroup_.assign(grammar_.symbols.size(), kNothing);
-    std::vector<std::uint32_t> groupOfProduction;
-    for (const Production& production : grammar_.productions)
-    {
-        const auto parameters = static_cast<std::uint32_t>(production.parameters.size());
-        std::uint32_t* link = &firstGroup_[production.predecessor];
-        while (*link != kNothing && groups_[*link].parameters != parameters)
-            link = &groups_[*link].next;
-        if (*link == kNothing)
+    lettersOfSymbol_.resize(grammar_.symbols.size());
+    bool tooMany = false;
+    const auto mention = [&](SymbolId symbol, std::size_t arity) {
+        auto& known = lettersOfSymbol_[symbol];
+        const auto count = static_cast<std::uint32_t>(arity);
+        if (std::ranges::find(known, count, [](const auto& entry) { return entry.first; }) != known.end())
+            return;
+        if (symbols_.size() >= 65535 || arity > 255)
         {
-            *link = static_cast<std::uint32_t>(groups_.size());
-            groupOfProduction.push_back(*link);
-            Group group;
-            group.parameters = parameters;
-            group.count = 1;
-            groups_.push_back(group); // invalidates link
-            continue;
+            tooMany = true;
+            return;
         }
-        groupOfProduction.push_back(*link);
-        ++groups_[*link].count;
-    }
-    std::uint32_t total = 0;
-    for (Group& group : groups_)
+        known.emplace_back(count, static_cast<LetterId>(symbols_.size()));
+        symbols_.push_back(symbol);
+        arities_.push_back(static_cast<std::uint8_t>(count));
+    };
+    const auto mentionWord = [&](const std::vector<Module>& word) {
+        for (const Module& module : word)
+            mention(module.symbol, module.argumentCount);
+    };
+    mentionWord(grammar_.axiom);
+    for (const auto* list : {&grammar_.productions, &grammar_.interpretations})
+        for (const Production& production : *list)
+        {
+            mention(production.predecessor, production.parameters.size());
+            for (const auto* context : {&production.left, &production.right})
+                for (const ContextModule& module : *context)
+                    mention(module.symbol, module.parameters.size());
+            mentionWord(production.successor);
+        }
+    if (tooMany)
+        return failure(ErrorKind::Limit, {{}, grammar_.axiomPlace.line, grammar_.axiomPlace.column},
+                       "the grammar has more than 65535 different symbols, numbers of parameters told apart",
+                       "at most the limit symbols");
+    for (const SymbolId symbol : symbols_)
     {
-        group.first = total;
-        total += group.count;
-        group.count = 0;
+        const std::string& name = grammar_.symbols.name(symbol);
+        const bool ignored = std::ranges::find(grammar_.ignore, symbol) != grammar_.ignore.end();
+        code_.roles.push_back(name == "["   ? LetterRole::Open
+                              : name == "]" ? LetterRole::Close
+                              : ignored     ? LetterRole::Ignored
+                                            : LetterRole::Plain);
     }
-    candidates_.resize(total);
-    for (std::uint32_t i = 0; i < groupOfProduction.size(); ++i)
-    {
-        Group& group = groups_[groupOfProduction[i]];
-        candidates_[group.first + group.count++] = i;
-    }
-    tabulated_.resize(total);
-    byKey_.resize(total);
+    code_.groupOfLetter.assign(symbols_.size(), kNothing);
+    code_.interpretationGroup.assign(symbols_.size(), kNothing);
+    return {};
 }
 
-std::uint32_t GrammarProgram::groupOf(const Module& module) const noexcept
+LetterId GrammarProgram::letterOf(SymbolId symbol, std::size_t arity) const
 {
-    std::uint32_t group = firstGroup_[module.symbol];
-    while (group != kNothing && groups_[group].parameters != module.argumentCount)
-        group = groups_[group].next;
-    return group;
+    const auto& known = lettersOfSymbol_[symbol];
+    const auto found = std::ranges::find(known, arity, [](const auto& entry) { return std::size_t{entry.first}; });
+    assert(found != known.end());
+    return found->second;
+}
+
+/// In words made by code; what is parsed balances already. Only `interpret:` of a bracket need not.
+Expected<void> GrammarProgram::checkBrackets() const
+{
+    const auto isBracket = [&](SymbolId symbol, const char* bracket) {
+        return grammar_.symbols.name(symbol) == bracket;
+    };
+    const auto balances = [&](const auto& modules) {
+        std::int64_t depth = 0;
+        for (const auto& module : modules)
+        {
+            depth += isBracket(module.symbol, "[") ? 1 : isBracket(module.symbol, "]") ? -1 : 0;
+            if (depth < 0)
+                return false;
+        }
+        return depth == 0;
+    };
+    const auto unbalanced = [](TextPlace place) {
+        return failure(ErrorKind::BadInput, {{}, place.line, place.column}, "brackets do not balance",
+                       "a `]` for every `[` in each word and context");
+    };
+    if (!balances(grammar_.axiom))
+        return unbalanced(grammar_.axiomPlace);
+    for (const Production& production : grammar_.productions)
+        if (!balances(production.successor) || !balances(production.right))
+            return unbalanced(production.place);
+    for (const Production& production : grammar_.interpretations)
+    {
+        const SymbolId symbol = production.predecessor;
+        if (!isBracket(symbol, "[") && !isBracket(symbol, "]") && !balances(production.successor))
+            return unbalanced(production.place);
+    }
+    return {};
+}
+
+/// Draws are numbered within a module or rule, in a byte.
+void GrammarProgram::countDraws(const ExpressionNeeds& needs, TextPlace place)
+{
+    random_ |= needs.draws > 0;
+    if (needs.draws > 255 && !tooManyDraws_)
+        tooManyDraws_ = place;
+}
+
+void GrammarProgram::compileRules(const std::vector<Production>& productions, bool areInterpretations)
+{
+    for (std::uint32_t i = 0; i < productions.size(); ++i)
+    {
+        const Production& production = productions[i];
+        Rule rule;
+        rule.source = i;
+        rule.isInterpretation = areInterpretations;
+        ExpressionNeeds needs;
+        const auto compile = [&](ExpressionId id, CompiledExpression& compiled) {
+            if (id != kNoExpression)
+                compiled = code_.expressions.compile(grammar_.expressions, id, constants_, needs);
+            return id != kNoExpression;
+        };
+        rule.hasCondition = compile(production.condition, rule.condition);
+        rule.isChangeable = needs.step || needs.draws > 0;
+        if (rule.condition.isConstant() && rule.condition.value != 0)
+            rule.hasCondition = false;
+        rule.hasWeight = compile(production.weight, rule.weight);
+        compile(production.row, rule.row);
+        rule.trialCost += rule.condition.cost() + rule.weight.cost();
+        countDraws(needs, production.place);
+        rule.table = areInterpretations ? kNothing : tableOfProduction_[i];
+        compileContexts(production, rule);
+        code_.rules.push_back(rule);
+    }
+}
+
+void GrammarProgram::compileContexts(const Production& production, Rule& rule)
+{
+    rule.firstLeft = static_cast<std::uint32_t>(code_.leftContexts.size());
+    rule.leftCount = static_cast<std::uint32_t>(production.left.size());
+    for (std::size_t i = production.left.size(); i-- > 0;)
+    {
+        const ContextModule& module = production.left[i];
+        code_.leftContexts.push_back(letterOf(module.symbol, module.parameters.size()));
+        rule.contextParameters += static_cast<std::uint32_t>(module.parameters.size());
+    }
+    rule.firstRight = static_cast<std::uint32_t>(code_.rightContexts.size());
+    rule.rightCount = static_cast<std::uint32_t>(production.right.size());
+    for (const ContextModule& module : production.right)
+    {
+        const LetterId letter = letterOf(module.symbol, module.parameters.size());
+        code_.rightContexts.push_back({code_.roles[letter], letter});
+        rule.contextParameters += static_cast<std::uint32_t>(module.parameters.size());
+    }
+}
+
+void GrammarProgram::groupRules(std::uint32_t firstRule, std::uint32_t lastRule,
+                                std::vector<std::uint32_t>& groupOfLetter)
+{
+    // Counting sort by letter keeps the order of the text inside each group.
+    const auto firstGroup = static_cast<std::uint32_t>(code_.groups.size());
+    std::vector<std::uint32_t> groupOfRule;
+    for (std::uint32_t r = firstRule; r < lastRule; ++r)
+    {
+        const Production& production = sourceOf(code_.rules[r]);
+        std::uint32_t& group = groupOfLetter[letterOf(production.predecessor, production.parameters.size())];
+        if (group == kNothing)
+        {
+            group = static_cast<std::uint32_t>(code_.groups.size());
+            code_.groups.emplace_back();
+        }
+        groupOfRule.push_back(group);
+        ++code_.groups[group].count;
+    }
+    auto total = static_cast<std::uint32_t>(code_.candidates.size());
+    for (std::uint32_t g = firstGroup; g < code_.groups.size(); ++g)
+    {
+        code_.groups[g].first = total;
+        total += code_.groups[g].count;
+        code_.groups[g].count = 0;
+    }
+    code_.candidates.resize(total);
+    for (std::uint32_t r = firstRule; r < lastRule; ++r)
+    {
+        Group& group = code_.groups[groupOfRule[r - firstRule]];
+        code_.candidates[group.first + group.count++] = r;
+    }
+    code_.tabulated.resize(total);
+    code_.byKey.resize(total);
+    for (std::uint32_t g = firstGroup; g < code_.groups.size(); ++g)
+        classify(code_.groups[g]);
+}
+
+void GrammarProgram::classify(Group& group)
+{
+    const auto members = std::span(code_.candidates).subspan(group.first, group.count);
+    // Tried in this order, the first match decides, whichever MatchOrder the grammar has.
+    if (grammar_.order == MatchOrder::ContextFirst)
+        std::ranges::stable_sort(members, {}, [&](std::uint32_t r) { return !code_.rules[r].hasContext(); });
+
+    // Rules with the same contexts compete by weight. Contexts are compared once, in sorted order.
+    std::vector<std::uint32_t> sorted(members.begin(), members.end());
+    const auto compareContexts = [&](std::uint32_t a, std::uint32_t b) {
+        const Rule& x = code_.rules[a];
+        const Rule& y = code_.rules[b];
+        const auto left = [&](const Rule& r) {
+            return std::span(code_.leftContexts).subspan(r.firstLeft, r.leftCount);
+        };
+        const auto right = [&](const Rule& r) {
+            return std::span(code_.rightContexts).subspan(r.firstRight, r.rightCount);
+        };
+        const auto letters = [](const ContextStep& step) { return step.letter; };
+        if (!std::ranges::equal(left(x), left(y)))
+            return std::ranges::lexicographical_compare(left(x), left(y)) ? -1 : 1;
+        if (std::ranges::equal(right(x), right(y), {}, letters, letters))
+            return 0;
+        return std::ranges::lexicographical_compare(right(x), right(y), {}, letters, letters) ? -1 : 1;
+    };
+    std::ranges::stable_sort(sorted, [&](std::uint32_t a, std::uint32_t b) { return compareContexts(a, b) < 0; });
+    for (std::size_t i = 0; i < sorted.size(); ++i)
+    {
+        const bool same = i > 0 && compareContexts(sorted[i - 1], sorted[i]) == 0;
+        code_.rules[sorted[i]].leftSide = same ? code_.rules[sorted[i - 1]].leftSide : static_cast<std::uint32_t>(i);
+    }
+
+    const Rule& first = code_.rules[members.front()];
+    const bool alone = std::ranges::none_of(members.subspan(1), [&](std::uint32_t r) {
+        return code_.rules[r].leftSide == first.leftSide && code_.rules[r].hasWeight;
+    });
+    group.always =
+        first.isUnconditional() && (!first.hasWeight || (alone && first.weight.isConstant() && first.weight.value > 0));
+    for (const std::uint32_t r : members)
+    {
+        const Rule& rule = code_.rules[r];
+        group.certain |= rule.isUnconditional();
+        group.changeable |= rule.isChangeable;
+    }
+}
+
+void GrammarProgram::compileWord(const std::vector<Module>& modules, TextPlace place)
+{
+    Word word;
+    word.firstLetter = static_cast<std::uint32_t>(code_.letters.size());
+    word.letterCount = static_cast<std::uint32_t>(modules.size());
+    word.firstArgument = static_cast<std::uint32_t>(code_.arguments.size());
+    word.firstPatch = static_cast<std::uint32_t>(code_.patches.size());
+    word.firstRewritable = static_cast<std::uint32_t>(code_.rewritables.size());
+    std::uint32_t ordinal = 0;
+    for (std::uint32_t m = 0; m < modules.size(); ++m)
+    {
+        const Module& module = modules[m];
+        const LetterId letter = letterOf(module.symbol, module.argumentCount);
+        code_.letters.push_back(letter);
+        code_.moduleArguments.push_back(word.argumentCount);
+        code_.ordinals.push_back(ordinal);
+        ordinal += isKeyed(letter) ? 1 : 0;
+        if (code_.groupOfLetter[letter] != kNothing)
+            code_.rewritables.push_back(m);
+        ExpressionNeeds needs;
+        for (std::uint32_t a = 0; a < module.argumentCount; ++a)
+        {
+            const CompiledExpression value = code_.expressions.compile(
+                grammar_.expressions, grammar_.arguments[module.firstArgument + a], constants_, needs);
+            if (!value.isConstant())
+            {
+                code_.patches.push_back({word.argumentCount, m, value});
+                word.patchCost += value.cost();
+            }
+            code_.arguments.push_back(value.isConstant() ? value.value : 0);
+            ++word.argumentCount;
+        }
+        countDraws(needs, place);
+    }
+    word.patchCount = static_cast<std::uint32_t>(code_.patches.size()) - word.firstPatch;
+    word.rewritableCount = static_cast<std::uint32_t>(code_.rewritables.size()) - word.firstRewritable;
+    code_.words.push_back(word);
 }
 
 /// Recognises `(p == key) * bonus + base`, the weight of an inferred limb: "the drawn one, or with chance w any kin".
-bool GrammarProgram::tabulateWeight(const Production& production, Tabulated& entry, double& base) const
+bool GrammarProgram::tabulateWeight(const Rule& rule, Tabulated& entry, double& base) const
 {
     const ExpressionPool& pool = grammar_.expressions;
-    if (production.condition != kNoExpression || production.weight == kNoExpression)
+    if (!rule.isUnconditional() || !rule.hasWeight)
         return false;
-    if (constantValue(pool, production.weight, constants_, base))
+    base = rule.weight.value;
+    if (rule.weight.isConstant())
         return base >= 0;
-    const ExpressionNode& sum = pool[production.weight];
+    const ExpressionNode& sum = pool[sourceOf(rule).weight];
     if (sum.op != ExpressionOp::Add || pool[sum.first].op != ExpressionOp::Multiply)
         return false;
     const ExpressionNode& product = pool[sum.first];
     const ExpressionNode& test = pool[product.first];
     return test.op == ExpressionOp::Equal && pool[test.first].op == ExpressionOp::Parameter &&
-           pool[test.first].first == 0 && constantValue(pool, test.second, constants_, entry.key) &&
-           constantValue(pool, product.second, constants_, entry.bonus) &&
-           constantValue(pool, sum.second, constants_, base) && entry.bonus >= 0 && base >= 0;
+           pool[test.first].first == 0 && constantValue(test.second, entry.key) &&
+           constantValue(product.second, entry.bonus) && constantValue(sum.second, base) && entry.bonus >= 0 &&
+           base >= 0;
 }
 
 void GrammarProgram::tabulate(Group& group)
@@ -178,19 +398,19 @@ void GrammarProgram::tabulate(Group& group)
     for (std::uint32_t i = group.first; i < group.first + group.count; ++i)
     {
         double base = 0;
-        tabulated_[i] = {};
-        if (!tabulateWeight(grammar_.productions[candidates_[i]], tabulated_[i], base))
+        code_.tabulated[i] = {};
+        if (!tabulateWeight(code_.rules[code_.candidates[i]], code_.tabulated[i], base))
             return;
         baseSum += base;
-        bonusSum += tabulated_[i].bonus;
-        tabulated_[i].baseSum = baseSum;
+        bonusSum += code_.tabulated[i].bonus;
+        code_.tabulated[i].baseSum = baseSum;
     }
     if (!std::isfinite(baseSum + bonusSum))
         return;
     group.tabulated = true;
-    const auto members = std::span(byKey_).subspan(group.first, group.count);
+    const auto members = std::span(code_.byKey).subspan(group.first, group.count);
     std::iota(members.begin(), members.end(), group.first);
-    std::ranges::stable_sort(members, {}, [&](std::uint32_t i) { return tabulated_[i].key; });
+    std::ranges::stable_sort(members, {}, [&](std::uint32_t i) { return code_.tabulated[i].key; });
 }
 
 void GrammarProgram::price()
@@ -198,13 +418,13 @@ void GrammarProgram::price()
     // Knuth, "A generalization of Dijkstra's algorithm" (1977): groups are settled cheapest first; a production has its
     // price once all groups in its successor are settled.
     const auto productionCount = static_cast<std::uint32_t>(grammar_.productions.size());
-    costs_.assign(productionCount, kNever);
-    std::vector<std::uint32_t> groupOfProduction(productionCount);
-    for (std::uint32_t g = 0; g < groups_.size(); ++g)
-        for (std::uint32_t i = groups_[g].first; i < groups_[g].first + groups_[g].count; ++i)
-            groupOfProduction[candidates_[i]] = g;
+    std::vector<std::uint32_t> groupOfRule(productionCount, kNothing);
+    for (std::uint32_t g = 0; g < code_.groups.size(); ++g)
+        for (std::uint32_t i = code_.groups[g].first; i < code_.groups[g].first + code_.groups[g].count; ++i)
+            if (code_.candidates[i] < productionCount)
+                groupOfRule[code_.candidates[i]] = g;
 
-    std::vector<std::vector<std::uint32_t>> users(groups_.size()); // a production stands once for every mention
+    std::vector<std::vector<std::uint32_t>> users(code_.groups.size()); // a production stands once for every mention
     std::vector<std::uint32_t> unsettled(productionCount, 0);
     std::vector<double> sums(productionCount);
     using Entry = std::pair<double, std::uint32_t>; // cost, group
@@ -212,18 +432,19 @@ void GrammarProgram::price()
     const auto settleProduction = [&](std::uint32_t p) {
         if (sums[p] == kNever) // more than a double counts is never
             return;
-        costs_[p] = sums[p];
-        queue.emplace(costs_[p], groupOfProduction[p]);
+        code_.rules[p].cost = sums[p];
+        queue.emplace(sums[p], groupOfRule[p]);
     };
     for (std::uint32_t p = 0; p < productionCount; ++p)
     {
-        sums[p] = 1.0 + static_cast<double>(grammar_.productions[p].successor.size());
-        for (const Module& module : grammar_.productions[p].successor)
-            if (const std::uint32_t group = groupOf(module); group != kNothing)
-            {
-                users[group].push_back(p);
-                ++unsettled[p];
-            }
+        const Word& word = code_.words[p + 1];
+        sums[p] = 1.0 + static_cast<double>(word.letterCount);
+        for (std::uint32_t i = 0; i < word.rewritableCount; ++i)
+        {
+            const std::uint32_t module = code_.rewritables[word.firstRewritable + i];
+            users[code_.groupOfLetter[code_.letters[word.firstLetter + module]]].push_back(p);
+            ++unsettled[p];
+        }
         if (unsettled[p] == 0)
             settleProduction(p);
     }
@@ -231,9 +452,9 @@ void GrammarProgram::price()
     {
         const auto [cost, group] = queue.top();
         queue.pop();
-        if (groups_[group].cost != kNever)
+        if (code_.groups[group].cost != kNever)
             continue;
-        groups_[group].cost = cost;
+        code_.groups[group].cost = cost;
         for (const std::uint32_t p : users[group])
         {
             sums[p] += cost;
@@ -241,6 +462,85 @@ void GrammarProgram::price()
                 settleProduction(p);
         }
     }
+}
+
+void GrammarProgram::summarise()
+{
+    for (const Rule& rule : code_.rules)
+    {
+        contextFree_ &= !rule.hasContext();
+        random_ |= rule.table != kNothing;
+    }
+    for (const Group& group : code_.groups)
+        for (std::uint32_t i = group.first; i < group.first + group.count; ++i)
+            random_ |= !group.always && code_.rules[code_.candidates[i]].hasWeight;
+    for (const std::uint32_t group : code_.groupOfLetter)
+        constant_ &= group == kNothing || code_.groups[group].always;
+    for (std::size_t p = 0; p < grammar_.productions.size(); ++p)
+        constant_ &= code_.words[p + 1].patchCount == 0 && code_.rules[p].table == kNothing;
+    constant_ &= contextFree_;
+    for (const std::uint32_t group : code_.groupOfLetter)
+        code_.fixedRule.push_back(group == kNothing            ? kNothing
+                                  : code_.groups[group].always ? code_.candidates[code_.groups[group].first]
+                                                               : kUndecided);
+    code_.letters.resize(code_.letters.size() + kPadding);
+    code_.arguments.resize(code_.arguments.size() + kPadding);
+}
+
+/// Short expansions of a constant program, from the shortest on: streaming them costs a copy, not a walk.
+void GrammarProgram::expand()
+{
+    if (!constant_ || random_)
+        return;
+    code_.expansions.resize(std::size_t{letterCount()} * kExpandedSteps);
+    for (std::uint32_t steps = 1; steps <= kExpandedSteps; ++steps)
+        for (std::uint32_t letter = 0; letter < letterCount(); ++letter)
+            if (const std::uint32_t rule = code_.fixedRule[letter]; rule != kNothing)
+                code_.expansions[std::size_t{letter} * kExpandedSteps + steps - 1] = expansionOf(rule, steps);
+    code_.expandedLetters.resize(code_.expandedLetters.size() + kPadding);
+    code_.expandedArguments.resize(code_.expandedArguments.size() + kPadding);
+}
+
+/// Appends the expansion to those written out; gives up, and takes it back, once it is too long.
+GrammarProgram::Expansion GrammarProgram::expansionOf(std::uint32_t rule, std::uint32_t steps)
+{
+    const Word& word = code_.words[rule + 1];
+    std::vector<LetterId>& letters = code_.expandedLetters;
+    std::vector<double>& arguments = code_.expandedArguments;
+    const std::size_t firstLetter = letters.size();
+    const std::size_t firstArgument = arguments.size();
+    const double* argument = code_.arguments.data() + word.firstArgument;
+    bool fits = word.letterCount <= kExpandedLength;
+    for (std::uint32_t m = 0; m < word.letterCount && fits; ++m)
+    {
+        const LetterId letter = code_.letters[word.firstLetter + m];
+        const std::uint32_t arity = arityOf(letter);
+        if (steps == 1 || code_.fixedRule[letter] == kNothing)
+        {
+            letters.push_back(letter);
+            arguments.insert(arguments.end(), argument, argument + arity);
+        }
+        else if (const Expansion* part = expansion(letter, steps - 1))
+        {
+            for (std::uint32_t i = 0; i < part->letterCount; ++i)
+                letters.push_back(letters[part->firstLetter + i]);
+            for (std::uint32_t i = 0; i < part->argumentCount; ++i)
+                arguments.push_back(arguments[part->firstArgument + i]);
+        }
+        else
+            fits = false;
+        argument += arity;
+        fits &= letters.size() - firstLetter <= kExpandedLength && letters.size() <= kExpandedTotal &&
+                arguments.size() <= kExpandedTotal;
+    }
+    if (!fits)
+    {
+        letters.resize(firstLetter);
+        arguments.resize(firstArgument);
+        return {};
+    }
+    return {static_cast<std::uint32_t>(firstLetter), static_cast<std::uint32_t>(letters.size() - firstLetter),
+            static_cast<std::uint32_t>(firstArgument), static_cast<std::uint32_t>(arguments.size() - firstArgument)};
 }
 
 } // namespace espalier
