@@ -1,9 +1,10 @@
 #include <Espalier/Turtle/Turtle.h>
 
-#include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Json.h>
 #include <Espalier/Plant/Skeleton.h>
+#include <Espalier/Turtle/TurtleKernel.h>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <utility>
 
@@ -86,193 +87,293 @@ bool TurtleFilter::carriesOut(TurtleCommand command) noexcept
     return true;
 }
 
-namespace {
-
-/// Turns a towards b by the angle, and b away from a.
-void rotate(DVec3& a, DVec3& b, const math::SinCos& angle)
+TurtleAlphabet::TurtleAlphabet(const GrammarProgram& program)
+    : arities(program.arities().begin(), program.arities().end())
 {
-    const DVec3 turned = a * angle.cos + b * angle.sin;
-    b = b * angle.cos - a * angle.sin;
-    a = turned;
+    const Grammar& grammar = program.grammar();
+    std::vector<TurtleCommand> ofSymbol;
+    for (SymbolId symbol = 0; symbol < grammar.symbols.size(); ++symbol)
+    {
+        const TurtleCommand command = turtleCommand(grammar.symbols.name(symbol));
+        const bool isGiven = command == TurtleCommand::Draw || command == TurtleCommand::Move; // by `draw:` and `move:`
+        ofSymbol.push_back(isGiven ? TurtleCommand::Nothing : command);
+    }
+    for (const SymbolId symbol : grammar.move)
+        ofSymbol[symbol] = TurtleCommand::Move;
+    for (const SymbolId symbol : grammar.draw)
+        ofSymbol[symbol] = TurtleCommand::Draw;
+    for (std::uint32_t letter = 0; letter < program.letterCount(); ++letter)
+    {
+        symbols.push_back(program.symbolOf(static_cast<LetterId>(letter)));
+        commands.push_back(ofSymbol[symbols.back()]);
+    }
+    tabulate();
 }
 
-/// Keeps the frame orthonormal: thousands of turns would otherwise let it drift.
-void orthonormalise(TurtleScratch::State& state)
+TurtleAlphabet::TurtleAlphabet(std::vector<TurtleCommand> givenCommands, std::vector<std::uint8_t> givenArities,
+                               std::vector<SymbolId> givenSymbols)
+    : commands(std::move(givenCommands)), arities(std::move(givenArities)), symbols(std::move(givenSymbols))
 {
-    state.heading /= std::sqrt(glm::dot(state.heading, state.heading));
-    state.left -= state.heading * glm::dot(state.heading, state.left);
-    state.left /= std::sqrt(glm::dot(state.left, state.left));
-    state.up = glm::cross(state.heading, state.left);
+    tabulate();
 }
 
-} // namespace
+void TurtleAlphabet::tabulate()
+{
+    const std::size_t count = commands.size();
+    hasArguments = std::ranges::any_of(arities, [](std::uint8_t arity) { return arity > 0; });
+    for (std::size_t letter = 0; letter < count; ++letter)
+    {
+        Step step{0, commands[letter], 1, arities[letter]};
+        const bool left = step.command == TurtleCommand::TurnLeft;
+        if (arities[letter] == 0 && (left || step.command == TurtleCommand::TurnRight))
+            step = {left ? 1 : -1, TurtleCommand::Nothing, 1, 0};
+        single.push_back(step);
+    }
+    if (count > 1u << kGroupBits || std::endian::native != std::endian::little)
+        return;
+    groups.resize(std::size_t{1} << (kGroupBits * kGroup));
+    std::array<LetterId, kGroupRead> word{};
+    const auto letters = static_cast<LetterId>(count);
+    for (word[0] = 0; word[0] < letters; ++word[0])
+        for (word[1] = 0; word[1] < letters; ++word[1])
+            for (word[2] = 0; word[2] < letters; ++word[2])
+                groups[groupAt(word.data())] = comesTo(std::span(word).first(kGroup));
+}
+
+TurtleAlphabet::Step TurtleAlphabet::comesTo(std::span<const LetterId> letters) const
+{
+    Step sum;
+    const auto isNothing = [&](std::size_t i) { return single[letters[i]].command == TurtleCommand::Nothing; };
+    for (std::size_t i = 0; i < letters.size() && sum.command == TurtleCommand::Nothing; i = sum.letters)
+    {
+        std::size_t end = i + 1;
+        if (single[letters[i]].command == TurtleCommand::Push)
+            while (end < letters.size() && isNothing(end))
+                ++end;
+        const bool isEmptyBranch = single[letters[i]].command == TurtleCommand::Push && end < letters.size() &&
+                                   single[letters[end]].command == TurtleCommand::Pop;
+        if (!isEmptyBranch)
+        {
+            sum.command = single[letters[i]].command;
+            sum.yaw += single[letters[i]].yaw;
+        }
+        const std::size_t last = isEmptyBranch ? end : i;
+        for (std::size_t k = i; k <= last; ++k)
+            sum.arguments = static_cast<std::uint16_t>(sum.arguments + single[letters[k]].arguments);
+        sum.letters = static_cast<std::uint8_t>(last + 1);
+    }
+    return sum;
+}
+
+TurtleSettings turtleSettings(const Grammar& grammar)
+{
+    return {grammar.angle, grammar.step, grammar.width, grammar.width != TurtleSettings{}.width, grammar.tropism};
+}
+
+TurtleTurns::TurtleTurns(double angleDegrees)
+{
+    for (std::uint32_t i = 0; i <= kMost; ++i)
+    {
+        const math::SinCos values = math::sinCosDegrees(std::fmod(i * angleDegrees, 360.0));
+        turns_[kMost - i] = TurtleTurn({-values.sin, values.cos});
+        turns_[kMost + i] = TurtleTurn(values);
+    }
+}
+
+void TurnCache::add(double degrees) noexcept
+{
+    Entry* const pair = &entries_[pairOf(degrees)];
+    pair[1] = pair[0];
+    pair[0] = {degrees, TurtleTurn(math::sinCosDegrees(std::fmod(degrees, 360.0)))};
+}
+
+/// Writes what a turtle draws into a skeleton.
+class SkeletonPen
+{
+public:
+    explicit SkeletonPen(Turtle& turtle)
+        : turtle_(&turtle), limits_(&turtle.limits_), scratch_(&turtle.scratch_), skeleton_(&turtle.skeleton_)
+    {}
+
+    [[nodiscard]] bool collectsCorners() const { return !scratch_->polygons.empty(); }
+    [[nodiscard]] bool hasPolygon() const { return collectsCorners(); }
+    [[nodiscard]] bool isFullOfCorners() const
+    {
+        return scratch_->corners.size() + skeleton_->corners.size() >= limits_->vertices;
+    }
+    [[nodiscard]] bool hasRoom(bool forCorner) const
+    {
+        return skeleton_->size() < limits_->nodes && !(forCorner && isFullOfCorners());
+    }
+    bool makeRoom(bool)
+    {
+        if (skeleton_->size() >= limits_->nodes)
+            return fail("the plant has more than " + std::to_string(limits_->nodes) + " segments",
+                        "at most the limit nodes");
+        return failOfCorners();
+    }
+
+    std::uint32_t segment(const TurtleFrame& frame, simd::Four start, simd::Four end, double length,
+                          std::uint32_t parent, std::uint16_t material)
+    {
+        const std::uint32_t index = skeleton_->size();
+        const Vec3 heading(frame.heading);
+        skeleton_->starts.push_back({start[0], start[1], start[2]});
+        skeleton_->ends.push_back({end[0], end[1], end[2]});
+        skeleton_->headings.push_back(length < 0 ? -heading : heading);
+        skeleton_->lefts.push_back(Vec3(frame.left));
+        skeleton_->lengths.push_back(static_cast<float>(std::abs(length)));
+        skeleton_->startRadii.push_back(start[3]);
+        skeleton_->endRadii.push_back(start[3]);
+        skeleton_->parents.push_back(parent);
+        skeleton_->continuations.push_back(kNoSegment);
+        skeleton_->orders.push_back(0);
+        skeleton_->materials.push_back(material);
+        skeleton_->instances.push_back(scratch_->instances.empty() ? kNoSegment : scratch_->instances.back());
+        return index;
+    }
+
+    void reach(const TurtleVector& position)
+    {
+        const DVec3 p(position);
+        turtle_->minY_ = std::min(turtle_->minY_, p.y);
+        turtle_->maxY_ = std::max(turtle_->maxY_, p.y);
+        turtle_->maxRadiusSquared_ = std::max(turtle_->maxRadiusSquared_, p.x * p.x + p.z * p.z);
+    }
+
+    void corner(simd::Four position) { scratch_->corners.push_back({position[0], position[1], position[2]}); }
+
+    bool beginPolygon()
+    {
+        if (scratch_->polygons.size() >= limits_->bracketDepth)
+            return fail("polygons nest deeper than " + std::to_string(limits_->bracketDepth),
+                        "at most the limit bracketDepth");
+        scratch_->polygons.push_back(static_cast<std::uint32_t>(scratch_->corners.size()));
+        return true;
+    }
+
+    bool mark(const TurtleVector& position)
+    {
+        if (scratch_->polygons.empty())
+            return true;
+        if (isFullOfCorners())
+            return failOfCorners();
+        scratch_->corners.push_back(Vec3(position));
+        return true;
+    }
+
+    bool endPolygon(const TurtleState& state)
+    {
+        const std::uint32_t first = scratch_->polygons.back();
+        scratch_->polygons.pop_back();
+        const auto count = static_cast<std::uint32_t>(scratch_->corners.size()) - first;
+        if (count >= 3)
+        {
+            skeleton_->polygons.push_back(
+                {static_cast<std::uint32_t>(skeleton_->corners.size()), count, state.segment, state.material});
+            skeleton_->corners.insert(skeleton_->corners.end(), scratch_->corners.begin() + first,
+                                      scratch_->corners.end());
+        }
+        scratch_->corners.resize(first);
+        return true;
+    }
+
+    bool sphere(const TurtleState& state, double radius)
+    {
+        if (skeleton_->spheres.size() >= limits_->nodes)
+            return fail("the plant has more than " + std::to_string(limits_->nodes) + " spheres",
+                        "at most the limit nodes");
+        if (radius > limits_->coordinate)
+            return fail("a sphere is larger than " + formatNumber(limits_->coordinate) + " m",
+                        "at most the limit coordinate");
+        skeleton_->spheres.push_back(
+            {Vec3(state.frame.position), static_cast<float>(radius), state.segment, state.material});
+        return true;
+    }
+
+    bool organ(const TurtleState& state, std::uint32_t which, double size)
+    {
+        if (skeleton_->organs.size() >= limits_->nodes)
+            return fail("the plant has more than " + std::to_string(limits_->nodes) + " organs",
+                        "at most the limit nodes");
+        if (size > limits_->coordinate)
+            return fail("an organ is larger than " + formatNumber(limits_->coordinate) + " m",
+                        "at most the limit coordinate");
+        skeleton_->organs.push_back({Vec3(state.frame.position), Vec3(state.frame.heading), Vec3(state.frame.left),
+                                     static_cast<float>(size), which, state.segment, state.material});
+        return true;
+    }
+
+    void widthSet() { skeleton_->widthsGiven = true; }
+
+private:
+    bool failOfCorners()
+    {
+        return fail("the polygons have more than " + std::to_string(limits_->vertices) + " corners",
+                    "at most the limit vertices");
+    }
+    bool fail(std::string what, std::string expected)
+    {
+        turtle_->error_ = {ErrorKind::Limit, std::move(what), std::move(expected), {}, {}};
+        return false;
+    }
+
+    Turtle* turtle_;
+    const Limits* limits_;
+    TurtleScratch* scratch_;
+    Skeleton* skeleton_;
+};
 
 Turtle::Turtle(const TurtleSettings& settings, const Limits& limits, TurtleScratch& scratch, Skeleton& skeleton)
-    : settings_(settings), limits_(limits), scratch_(scratch), skeleton_(skeleton)
+    : limits_(limits), settings_(settings), scratch_(scratch), skeleton_(skeleton), turns_(settings.angleDegrees)
 {
     skeleton_.clear();
-    scratch_.stack.clear();
+    skeleton_.widthsGiven = settings.widthIsGiven;
     scratch_.instances.clear();
-    state_.width = settings.width;
-}
-
-bool Turtle::fail(ErrorKind kind, std::string what, std::string expected)
-{
-    failed_ = true;
-    error_ = {kind, std::move(what), std::move(expected), {}, {}};
-    return false;
+    scratch_.corners.clear();
+    scratch_.polygons.clear();
+    state_.frame.position.high[1] = 0.5 * settings.width;
 }
 
 bool Turtle::apply(TurtleCommand command, std::span<const double> parameters)
 {
-    using enum TurtleCommand;
+    // Letters 2c and 2c + 1 are command c without and with a parameter.
+    constexpr int kCommands = static_cast<int>(TurtleCommand::Sphere) + 1;
+    static const TurtleAlphabet everyCommand = [] {
+        std::vector<TurtleCommand> commands;
+        std::vector<std::uint8_t> arities;
+        for (int i = 0; i < 2 * kCommands; ++i)
+        {
+            commands.push_back(static_cast<TurtleCommand>(i / 2));
+            arities.push_back(static_cast<std::uint8_t>(i % 2));
+        }
+        return TurtleAlphabet(commands, arities, std::vector<SymbolId>(commands.size(), 0));
+    }();
+    const auto letter = static_cast<LetterId>(2 * static_cast<int>(command) + !parameters.empty());
+    return apply(everyCommand, {&letter, 1}, parameters);
+}
+
+bool Turtle::apply(const TurtleAlphabet& alphabet, std::span<const LetterId> letters, std::span<const double> arguments)
+{
     if (failed_)
         return false;
-    // The symbol after ~ names an organ, whatever it would do otherwise; only brackets stay brackets.
-    const bool isName = std::exchange(organ_, false);
-    if ((isName || state_.cut) && command != Push && command != Pop)
-    {
-        organ_ = command == Organ && !isName;
+    SkeletonPen pen(*this);
+    TurtleKernel<SkeletonPen> kernel(settings_, limits_, turns_, scratch_, state_, pen);
+    const std::size_t done = kernel.run(alphabet, letters, arguments.data());
+    applied_ += done;
+    if (done == letters.size())
         return true;
-    }
-    const double value = parameters.empty() ? 0.0 : parameters[0];
-    if (!std::isfinite(value))
-        return fail(ErrorKind::BadInput, "a parameter of the word is not finite", "finite numbers");
-    const double angle = parameters.empty() ? settings_.angleDegrees : value;
-    const double length = parameters.empty() ? settings_.stepLength : value;
-    const auto turn = [&](DVec3& a, DVec3& b, double degrees) {
-        if (degrees == 0) // exactly nothing, so that leaving out a turn by 0 changes no bit
-            return;
-        rotate(a, b, math::sinCosDegrees(std::fmod(degrees, 360.0)));
-        orthonormalise(state_);
-    };
-
-    switch (command)
-    {
-    case Nothing:
-    case BeginPolygon:
-    case EndPolygon:
-    case Corner:
-    case Sphere:
-        break;
-    case Draw:
-    case Move:
-        command == Draw ? draw(length) : move(length);
-        break;
-    case TurnLeft:
-        turn(state_.heading, state_.left, angle);
-        break;
-    case TurnRight:
-        turn(state_.heading, state_.left, -angle);
-        break;
-    case PitchDown:
-        turn(state_.heading, state_.up, -angle);
-        break;
-    case PitchUp:
-        turn(state_.heading, state_.up, angle);
-        break;
-    case RollLeft:
-        turn(state_.left, state_.up, -angle);
-        break;
-    case RollRight:
-        turn(state_.left, state_.up, angle);
-        break;
-    case TurnAround:
-        turn(state_.heading, state_.left, 180.0);
-        break;
-    case Level:
-    {
-        const DVec3 horizontal = glm::cross(DVec3(0, 1, 0), state_.heading);
-        const double size = std::sqrt(glm::dot(horizontal, horizontal));
-        if (size > 1e-9) // closer to the vertical than a nanoradian, left has no horizontal to turn to
-        {
-            state_.left = horizontal / size;
-            state_.up = glm::cross(state_.heading, state_.left);
-        }
-        break;
-    }
-    case Width:
-        state_.width = parameters.empty() ? state_.width * 0.7 : std::abs(value);
-        if (state_.width > limits_.coordinate)
-            return fail(ErrorKind::Limit, "a diameter is larger than " + formatNumber(limits_.coordinate) + " m",
-                        "at most the limit coordinate");
-        skeleton_.widthsGiven = true;
-        break;
-    case Material:
-        state_.material =
-            static_cast<std::uint16_t>(parameters.empty() ? std::min(state_.material + 1, 65535)
-                                                          : static_cast<int>(std::clamp(value, 0.0, 65535.0)));
-        break;
-    case Cut:
-        state_.cut = true;
-        break;
-    case Push:
-        if (scratch_.stack.size() >= limits_.bracketDepth)
-            return fail(ErrorKind::Limit, "brackets nest deeper than " + std::to_string(limits_.bracketDepth),
-                        "at most the limit bracketDepth");
-        scratch_.stack.push_back(state_);
-        break;
-    case Pop:
-        if (scratch_.stack.empty())
-            return fail(ErrorKind::BadInput, "`]` without `[` in the word", "balanced brackets");
-        state_ = scratch_.stack.back();
-        scratch_.stack.pop_back();
-        break;
-    case Organ:
-        organ_ = true;
-        break;
-    }
-    return !failed_;
+    ++applied_;
+    return fail(kernel.error);
 }
 
-void Turtle::move(double length)
+bool Turtle::fail(const Error& error)
 {
-    state_.position += state_.heading * length;
-    cover();
-}
-
-void Turtle::draw(double length)
-{
-    const std::uint32_t index = skeleton_.size();
-    if (index >= limits_.nodes)
-    {
-        fail(ErrorKind::Limit, "the plant has more than " + std::to_string(limits_.nodes) + " segments",
-             "at most the limit nodes");
-        return;
-    }
-    const DVec3 start = state_.position;
-    move(length);
-    if (failed_)
-        return;
-    skeleton_.starts.push_back(Vec3(start));
-    skeleton_.ends.push_back(Vec3(state_.position));
-    skeleton_.headings.push_back(Vec3(length < 0 ? -state_.heading : state_.heading));
-    skeleton_.lefts.push_back(Vec3(state_.left));
-    skeleton_.lengths.push_back(static_cast<float>(std::abs(length)));
-    skeleton_.startRadii.push_back(static_cast<float>(state_.width * 0.5));
-    skeleton_.endRadii.push_back(static_cast<float>(state_.width * 0.5));
-    skeleton_.parents.push_back(state_.segment);
-    skeleton_.continuations.push_back(kNoSegment);
-    skeleton_.orders.push_back(0);
-    skeleton_.materials.push_back(state_.material);
-    skeleton_.instances.push_back(scratch_.instances.empty() ? kNoSegment : scratch_.instances.back());
-    state_.segment = index;
-}
-
-void Turtle::cover()
-{
-    const DVec3& p = state_.position;
-    const double most = limits_.coordinate;
-    if (!(std::abs(p.x) <= most && std::abs(p.y) <= most && std::abs(p.z) <= most))
-    {
-        fail(ErrorKind::Limit,
-             "the plant reaches farther than " + formatNumber(limits_.coordinate) + " m from the origin",
-             "at most the limit coordinate");
-        return;
-    }
-    minY_ = std::min(minY_, p.y);
-    maxY_ = std::max(maxY_, p.y);
-    maxRadiusSquared_ = std::max(maxRadiusSquared_, p.x * p.x + p.z * p.z);
+    failed_ = true;
+    if (!error.what.empty())
+        error_ = error;
+    error_.what = "module " + std::to_string(applied_) + " of the word: " + error_.what;
+    return false;
 }
 
 void Turtle::beginInstance(std::uint32_t production, std::uint32_t row)
@@ -289,8 +390,17 @@ void Turtle::endInstance()
 
 Expected<void> Turtle::finish()
 {
-    if (!failed_ && !scratch_.stack.empty())
-        fail(ErrorKind::BadInput, "`[` is never closed in the word", "balanced brackets");
+    if (!failed_ && (state_.depth > 0 || !scratch_.polygons.empty()))
+    {
+        const bool isBracket = state_.depth > 0;
+        failed_ = true;
+        error_ = {ErrorKind::BadInput,
+                  std::string(isBracket ? "`[`" : "`{`") + " is never closed in the word of " +
+                      std::to_string(applied_) + " modules",
+                  isBracket ? "balanced brackets" : "balanced braces",
+                  {},
+                  {}};
+    }
     if (failed_)
     {
         skeleton_.clear();

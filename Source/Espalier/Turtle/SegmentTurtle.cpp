@@ -1,0 +1,373 @@
+#include <Espalier/Turtle/SegmentTurtle.h>
+
+#include <Espalier/Grammar/Forecast.h>
+#include <Espalier/Turtle/TurtleKernel.h>
+#include <algorithm>
+#include <cmath>
+
+namespace espalier {
+
+namespace {
+
+constexpr std::uint32_t kNone = 0xffffffffu;
+
+/// Writes segments into a buffer.
+class SegmentPen
+{
+public:
+    SegmentPen(std::span<TurtleSegment> buffer, const SegmentConsumer& consumer, Error& error)
+        : next_(buffer.data()), end_(buffer.data() + buffer.size()), begin_(buffer.data()), consumer_(&consumer),
+          error_(&error)
+    {}
+
+    std::uint32_t polygons = 0; ///< Open.
+
+    /// Segments in the buffer.
+    [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(next_ - begin_); }
+    [[nodiscard]] std::size_t total() const { return index_; }
+    [[nodiscard]] std::size_t room() const { return static_cast<std::size_t>(end_ - next_); }
+    /// `count` segments have been written behind the last one.
+    void skip(std::size_t count)
+    {
+        next_ += count;
+        index_ += static_cast<std::uint32_t>(count);
+    }
+
+    [[nodiscard]] bool hasRoom(bool) const { return next_ != end_; }
+    static bool isFullOfCorners() { return false; }
+    std::uint32_t segment(const TurtleFrame&, simd::Four start, simd::Four end, double, std::uint32_t parent,
+                          std::uint16_t)
+    {
+        // Radius and parent stand where the fourth elements do.
+        simd::store(&next_->start, start);
+        simd::store(&next_->end, end);
+        next_->parent = parent;
+        ++next_;
+        return index_++;
+    }
+    static void reach(const TurtleVector&) {}
+    static void corner(simd::Four) {}
+    static void widthSet() {}
+    static bool collectsCorners() { return false; }
+
+    bool makeRoom(bool = false)
+    {
+        const auto size = static_cast<std::size_t>(end_ - begin_);
+        if (!*consumer_ || size == 0 || index_ >= kNone - size)
+            return fail(ErrorKind::Limit,
+                        "the plant has more than " + std::to_string(std::max<std::size_t>(index_, size)) + " segments",
+                        "a larger buffer");
+        if (!(*consumer_)({begin_, size}))
+            return fail(ErrorKind::Cancelled, "the drawing was stopped", {});
+        next_ = begin_;
+        return true;
+    }
+    bool beginPolygon()
+    {
+        ++polygons;
+        return true;
+    }
+    [[nodiscard]] bool hasPolygon() const { return polygons > 0; }
+    static bool mark(const TurtleVector&) { return true; }
+    bool endPolygon(const TurtleState&)
+    {
+        --polygons;
+        return true;
+    }
+    static bool sphere(const TurtleState&, double) { return true; }
+    static bool organ(const TurtleState&, std::uint32_t, double) { return true; }
+
+private:
+    bool fail(ErrorKind kind, std::string what, std::string expected)
+    {
+        *error_ = {kind, std::move(what), std::move(expected), {}, {}};
+        return false;
+    }
+
+    TurtleSegment* next_;
+    TurtleSegment* end_;
+    TurtleSegment* begin_;
+    std::uint32_t index_ = 0; ///< Of the next segment.
+    const SegmentConsumer* consumer_;
+    Error* error_;
+};
+
+/// The turtle's side of drawSegments.
+struct Drawing
+{
+    Drawing(const GrammarProgram& program, const Limits& givenLimits, TurtleScratch& givenScratch,
+            std::span<TurtleSegment> buffer, const SegmentConsumer& consumer)
+        : alphabet(program), settings(turtleSettings(program.grammar())), limits(givenLimits), scratch(givenScratch),
+          turns(settings.angleDegrees), pen(buffer, consumer, error)
+    {
+        state.frame.position.high[1] = 0.5 * settings.width;
+    }
+
+    bool apply(std::span<const LetterId> letters, const double* arguments)
+    {
+        Kernel kernel(settings, limits, turns, scratch, state, pen);
+        if (kernel.run(alphabet, letters, arguments) == letters.size())
+            return true;
+        if (!kernel.error.what.empty())
+            error = kernel.error;
+        return false;
+    }
+
+    /// Makes the frame ready to be read and changed from outside.
+    void prepareFrame()
+    {
+        Kernel kernel(settings, limits, turns, scratch, state, pen);
+        kernel.faceAhead();
+        kernel.saveFrame();
+    }
+
+    using Kernel = TurtleKernel<SegmentPen>;
+    TurtleAlphabet alphabet;
+    TurtleSettings settings;
+    const Limits& limits;
+    TurtleScratch& scratch;
+    TurtleTurns turns;
+    Error error;
+    SegmentPen pen;
+    TurtleState state;
+};
+
+class DrawingSink final : public DerivationSink
+{
+public:
+    explicit DrawingSink(Drawing& drawing) : drawing_(drawing) {}
+    bool modules(std::span<const LetterId> letters, std::span<const double> arguments) override
+    {
+        return drawing_.apply(letters, arguments.data());
+    }
+
+private:
+    Drawing& drawing_;
+};
+
+/// Draws the expansion of a letter once and copies it wherever it comes again (a level is made of rigid copies of the
+/// levels below).
+class ReusingDrawer
+{
+public:
+    static constexpr std::uint32_t kMostSteps = 512;
+    static constexpr std::uint64_t kMostExpansions = 1u << 18;
+
+    /// Rules are fixed, and a branch inherits nothing but where it is and where it heads.
+    static bool suits(const GrammarProgram& program, std::uint32_t steps, const Drawing& drawing)
+    {
+        if (!program.isConstant() || program.code().words[0].patchCount > 0 || program.isRandom() ||
+            program.hasInterpretations() || steps > kMostSteps ||
+            std::uint64_t{program.letterCount()} * (steps + 1) > kMostExpansions || drawing.settings.tropism ||
+            !isBalanced(program, drawing.alphabet))
+            return false;
+        return std::ranges::none_of(drawing.alphabet.commands, [](TurtleCommand command) {
+            using enum TurtleCommand;
+            return command == Level || command == Width || command == Cut || command == Organ ||
+                   command == BeginPolygon || command == EndPolygon;
+        });
+    }
+
+    /// No expansion opens a bracket that it does not close, or closes one that it has not opened.
+    static bool isBalanced(const GrammarProgram& program, const TurtleAlphabet& alphabet)
+    {
+        return std::ranges::all_of(program.code().words, [&](const GrammarProgram::Word& word) {
+            std::int64_t depth = 0;
+            for (const LetterId letter : std::span(program.code().letters).subspan(word.firstLetter, word.letterCount))
+            {
+                const bool opens = alphabet.commands[letter] == TurtleCommand::Push;
+                const bool closes = alphabet.commands[letter] == TurtleCommand::Pop;
+                depth += opens ? 1 : closes ? -1 : 0;
+                if (depth < 0 || ((opens || closes) && program.isKeyed(letter))) // what rewrites it may be anything
+                    return false;
+            }
+            return depth == 0;
+        });
+    }
+
+    ReusingDrawer(const GrammarProgram& program, std::uint32_t steps, std::span<TurtleSegment> buffer, Drawing& drawing)
+        : program_(program), code_(program.code()), width_(steps + 1), buffer_(buffer), drawing_(drawing),
+          expansions_(program.letterCount() * width_)
+    {}
+
+    bool draw(std::span<const LetterId> letters, const double* arguments, std::uint32_t steps)
+    {
+        for (std::size_t i = 0; i < letters.size();)
+        {
+            const std::size_t from = i;
+            const double* first = arguments;
+            while (i < letters.size() && (steps == 0 || code_.fixedRule[letters[i]] == GrammarProgram::kNothing))
+                arguments += program_.arityOf(letters[i++]);
+            if (i > from)
+            {
+                if (!drawing_.apply(letters.subspan(from, i - from), first))
+                    return false;
+                continue;
+            }
+            arguments += program_.arityOf(letters[i]);
+            if (!expand(letters[i++], steps))
+                return false;
+        }
+        return true;
+    }
+
+private:
+    /// What an expansion drew, and how it moved the turtle.
+    struct Expansion
+    {
+        bool isWorthCopying = false;
+        std::size_t first = 0;
+        std::size_t count = 0;
+        TurtleState entry;
+        TurtleState exit;
+        double reach = 0; ///< Farthest of its points from where it began, metres.
+    };
+
+    /// Fewer segments than this are drawn faster than copied.
+    static constexpr std::size_t kWorthCopying = 8;
+    /// More would have to be fetched from farther away than the second-nearest cache; their parts are copied instead.
+    static constexpr std::size_t kMostCopied = 4096;
+
+    bool expand(LetterId letter, std::uint32_t steps)
+    {
+        drawing_.prepareFrame();
+        const std::size_t at = letter * width_ + steps;
+        if (expansions_[at].isWorthCopying && reachesInside(expansions_[at]))
+            return copy(expansions_[at]);
+        const std::size_t first = drawing_.pen.count();
+        const TurtleState entry = drawing_.state;
+        const GrammarProgram::Word& word = code_.words[code_.fixedRule[letter] + 1];
+        if (!draw(std::span(code_.letters).subspan(word.firstLetter, word.letterCount),
+                  code_.arguments.data() + word.firstArgument, steps - 1))
+            return false;
+        const std::size_t count = drawing_.pen.count() - first;
+        Expansion& expansion = expansions_[at];
+        if (expansion.isWorthCopying || count < kWorthCopying || count > kMostCopied)
+            return true;
+        expansion = {true, first, count, entry, drawing_.state, 0};
+        for (const TurtleSegment& segment : buffer_.subspan(first, count))
+            for (const Vec3& point : {segment.start, segment.end})
+                expansion.reach = std::max(expansion.reach, glm::length(DVec3(point) - DVec3(entry.frame.position)));
+        return true;
+    }
+
+    /// `from`, the first of them with index `first`, turned and moved to `to`. Parents move along by `shift`; one
+    /// outside becomes `outside`.
+    static void copySegments(std::span<const TurtleSegment> from, std::uint32_t first, TurtleSegment* to,
+                             const Vec3 (&columns)[3], const Vec3& moved, std::uint32_t shift, std::uint32_t outside)
+    {
+        const simd::Four x = {columns[0].x, columns[0].y, columns[0].z, 0};
+        const simd::Four y = {columns[1].x, columns[1].y, columns[1].z, 0};
+        const simd::Four z = {columns[2].x, columns[2].y, columns[2].z, 0};
+        const simd::Four base = {moved.x, moved.y, moved.z, 0};
+        const auto count = static_cast<std::uint32_t>(from.size());
+        for (const TurtleSegment& segment : from)
+        {
+            const simd::Four start = simd::load(&segment.start);
+            const simd::Four end = simd::load(&segment.end);
+            const std::uint32_t parent = segment.parent;
+            simd::store(&to->start, simd::withLast(x * simd::splat<0>(start) + y * simd::splat<1>(start) +
+                                                       (z * simd::splat<2>(start) + base),
+                                                   start));
+            simd::store(&to->end, x * simd::splat<0>(end) + y * simd::splat<1>(end) + (z * simd::splat<2>(end) + base));
+            to->parent = parent - first < count ? parent + shift : outside;
+            ++to;
+        }
+    }
+
+    bool reachesInside(const Expansion& expansion) const
+    {
+        const DVec3 p(drawing_.state.frame.position);
+        const double room = drawing_.limits.coordinate - 1.0001 * expansion.reach - 0.001;
+        return std::abs(p.x) <= room && std::abs(p.y) <= room && std::abs(p.z) <= room;
+    }
+
+    /// Draws the expansion again, from where the turtle is now.
+    bool copy(const Expansion& expansion)
+    {
+        SegmentPen& pen = drawing_.pen;
+        if (expansion.count > pen.room())
+            return pen.makeRoom();
+        TurtleState& now = drawing_.state;
+        const TurtleState& then = expansion.entry;
+        const TurtleState& exit = expansion.exit;
+        // nowFromThen: each basis vector of then goes to that of now.
+        const auto turned = [heading = DVec3(now.frame.heading), left = DVec3(now.frame.left), up = DVec3(now.frame.up),
+                             &then](const DVec3& v) {
+            return heading * glm::dot(DVec3(then.frame.heading), v) + left * glm::dot(DVec3(then.frame.left), v) +
+                   up * glm::dot(DVec3(then.frame.up), v);
+        };
+        const DVec3 moved = DVec3(now.frame.position) - turned(DVec3(then.frame.position));
+        const Vec3 columns[3] = {Vec3(turned({1, 0, 0})), Vec3(turned({0, 1, 0})), Vec3(turned({0, 0, 1}))};
+        const auto shift = static_cast<std::uint32_t>(pen.count() - expansion.first);
+        copySegments(buffer_.subspan(expansion.first, expansion.count), static_cast<std::uint32_t>(expansion.first),
+                     buffer_.data() + pen.count(), columns, Vec3(moved), shift, now.segment);
+        const double radius = now.frame.radius();
+        const DVec3 position = turned(DVec3(exit.frame.position)) + moved;
+        now.frame = {TurtleVector(turned(DVec3(exit.frame.heading))), TurtleVector(turned(DVec3(exit.frame.left))),
+                     TurtleVector(turned(DVec3(exit.frame.up))),
+                     TurtleVector(position.x, position.y, position.z, radius)};
+        now.yaw = exit.yaw;
+        if (exit.segment != then.segment)
+            now.segment = exit.segment + shift;
+        pen.skip(expansion.count);
+        return true;
+    }
+
+    const GrammarProgram& program_;
+    const GrammarProgram::Code& code_;
+    std::size_t width_;
+    std::span<TurtleSegment> buffer_;
+    Drawing& drawing_;
+    std::vector<Expansion> expansions_; ///< By letter and steps.
+};
+
+Expected<void> derive(const GrammarProgram& program, RandomKey key, std::uint32_t steps, const Limits& limits,
+                      DerivationScratch& scratch, DerivationSink& sink)
+{
+    const auto orError = [](const Expected<bool>& done) -> Expected<void> {
+        if (!done)
+            return tl::make_unexpected(done.error());
+        return {};
+    };
+    if (program.isContextFree())
+        return orError(streamWord(program, key, steps, Interpretation::Apply, limits, scratch, sink));
+    Word word;
+    if (auto done = deriveWord(program, key, steps, limits, scratch, word); !done)
+        return done;
+    return orError(emitWord(program, steps, Interpretation::Apply, limits, scratch, word, sink));
+}
+
+} // namespace
+
+Expected<std::size_t> drawSegments(const GrammarProgram& program, RandomKey key, std::uint32_t steps,
+                                   SegmentReuse reuse, const Limits& limits, DerivationScratch& derivationScratch,
+                                   TurtleScratch& turtleScratch, std::span<TurtleSegment> buffer,
+                                   const SegmentConsumer& consumer)
+{
+    Drawing drawing(program, limits, turtleScratch, buffer, consumer);
+    if (reuse == SegmentReuse::WhereItCan && !consumer && ReusingDrawer::suits(program, steps, drawing))
+    {
+        if (auto priced = checkPrice(program, steps, limits); !priced)
+            return tl::make_unexpected(priced.error());
+        const GrammarProgram::Word& axiom = program.code().words[0];
+        ReusingDrawer drawer(program, steps, buffer, drawing);
+        (void)drawer.draw(std::span(program.code().letters).subspan(axiom.firstLetter, axiom.letterCount),
+                          program.code().arguments.data() + axiom.firstArgument, steps);
+    }
+    else
+    {
+        DrawingSink sink(drawing);
+        if (auto done = derive(program, key, steps, limits, derivationScratch, sink); !done)
+            return tl::make_unexpected(done.error());
+    }
+    if (!drawing.error.what.empty())
+        return tl::make_unexpected(drawing.error);
+    if (drawing.state.depth > 0 || drawing.pen.polygons > 0)
+        return failure(ErrorKind::BadInput, {}, "a bracket or brace is never closed in the word", "balanced brackets");
+    if (consumer && drawing.pen.count() > 0 && !consumer(buffer.first(drawing.pen.count())))
+        return failure(ErrorKind::Cancelled, {}, "the drawing was stopped");
+    return drawing.pen.total();
+}
+
+} // namespace espalier
