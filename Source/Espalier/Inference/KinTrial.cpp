@@ -36,7 +36,7 @@ class ShapeSink final : public DerivationSink
 public:
     explicit ShapeSink(const std::vector<std::uint32_t>& labelOfProduction) : labelOfProduction_(labelOfProduction) {}
 
-    bool module(SymbolId, std::span<const double>) override { return true; }
+    bool modules(std::span<const LetterId>, std::span<const double>) override { return true; }
     void beginInstance(std::uint32_t production, std::uint32_t) override
     {
         const auto node = static_cast<std::uint32_t>(labels_.size());

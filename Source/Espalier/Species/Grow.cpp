@@ -1,6 +1,7 @@
 #include <Espalier/Species/Grow.h>
 
 #include <Espalier/Core/Hash.h>
+#include <Espalier/Grammar/Forecast.h>
 #include <Espalier/Plant/Axes.h>
 #include <algorithm>
 
@@ -12,18 +13,18 @@ namespace {
 class DrawingSink final : public DerivationSink
 {
 public:
-    DrawingSink(Turtle& turtle, const std::vector<TurtleCommand>& commands) : turtle_(turtle), commands_(commands) {}
+    DrawingSink(Turtle& turtle, const TurtleAlphabet& alphabet) : turtle_(turtle), alphabet_(alphabet) {}
 
-    bool module(SymbolId symbol, std::span<const double> arguments) override
+    bool modules(std::span<const LetterId> letters, std::span<const double> arguments) override
     {
-        return turtle_.apply(commands_[symbol], arguments);
+        return turtle_.apply(alphabet_, letters, arguments);
     }
     void beginInstance(std::uint32_t production, std::uint32_t row) override { turtle_.beginInstance(production, row); }
     void endInstance() override { turtle_.endInstance(); }
 
 private:
     Turtle& turtle_;
-    const std::vector<TurtleCommand>& commands_;
+    const TurtleAlphabet& alphabet_;
 };
 
 /// Only counts what is derived.
@@ -37,12 +38,15 @@ public:
 
     GrowthSample sample;
 
-    bool module(SymbolId symbol, std::span<const double>) override
+    bool modules(std::span<const LetterId> letters, std::span<const double>) override
     {
-        sample.topology = (sample.topology ^ nameHashes_[symbol]) * 0x100000001b3u;
-        sample.topology ^= sample.topology >> 29;
-        if (filter_.carriesOut(commands_[symbol]) && commands_[symbol] == TurtleCommand::Draw)
-            ++sample.segments;
+        for (const LetterId letter : letters)
+        {
+            sample.topology = (sample.topology ^ nameHashes_[letter]) * 0x100000001b3u;
+            sample.topology ^= sample.topology >> 29;
+            if (filter_.carriesOut(commands_[letter]) && commands_[letter] == TurtleCommand::Draw)
+                ++sample.segments;
+        }
         return sample.segments <= mostSegments_;
     }
     void beginInstance(std::uint32_t, std::uint32_t) override
@@ -69,43 +73,34 @@ double excess(double value, double low, double high)
     return value > high ? value / std::max(high, 1.0) : 1.0;
 }
 
-std::vector<TurtleCommand> commandsOf(const Grammar& grammar)
-{
-    std::vector<TurtleCommand> commands;
-    for (SymbolId id = 0; id < grammar.symbols.size(); ++id)
-    {
-        TurtleCommand command = turtleCommand(grammar.symbols.name(id));
-        if (command == TurtleCommand::Draw || command == TurtleCommand::Move)
-            command = TurtleCommand::Nothing; // `draw:` and `move:` decide
-        commands.push_back(command);
-    }
-    for (const SymbolId id : grammar.move)
-        commands[id] = TurtleCommand::Move;
-    for (const SymbolId id : grammar.draw)
-        commands[id] = TurtleCommand::Draw;
-    return commands;
-}
-
 } // namespace
 
-Expected<Grower> Grower::make(const Species& species)
+Expected<Grower> Grower::make(const Species& species, std::optional<std::uint32_t> iterations, const Limits& limits)
 {
     auto program = GrammarProgram::make(species.grammar, species.tables);
     if (!program)
         return tl::make_unexpected(program.error());
-    return Grower(std::move(*program), species);
+    Grower grower(std::move(*program), species);
+    grower.iterations_ = iterations ? iterations : species.grammar.iterations;
+    if (grower.iterations_)
+    {
+        if (auto priced = checkPrice(grower.program_, *grower.iterations_, limits); !priced)
+            return tl::make_unexpected(priced.error());
+    }
+    else if (!grower.program_.isContextFree())
+        return failure(ErrorKind::BadInput, {{}, species.grammar.axiomPlace.line, species.grammar.axiomPlace.column},
+                       "a grammar with contexts has no end of its own", "a line such as `iterations: 6`");
+    return grower;
 }
 
 Grower::Grower(GrammarProgram program, const Species& species)
-    : program_(std::move(program)),
-      commands_(commandsOf(species.grammar)), turtle_{species.grammar.angle, species.grammar.step,
-                                                      species.grammar.width},
+    : program_(std::move(program)), alphabet_(program_), turtle_(turtleSettings(species.grammar)),
       window_(species.window), pipes_(species.appearance.pipes)
 {
-    for (SymbolId id = 0; id < species.grammar.symbols.size(); ++id)
+    for (const SymbolId symbol : alphabet_.symbols)
     {
         Hash64 hash;
-        hash.bytes(species.grammar.symbols.name(id));
+        hash.bytes(species.grammar.symbols.name(symbol));
         nameHashes_.push_back(hash.result());
     }
 }
@@ -113,13 +108,21 @@ Grower::Grower(GrammarProgram program, const Species& species)
 Expected<bool> Grower::derive(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,
                               DerivationSink& sink) const
 {
-    return espalier::derive(program_, RandomKey(seed).child(attempt), options.budget, scratch.derivation, sink);
+    const RandomKey key = RandomKey(seed).child(attempt);
+    if (!iterations_)
+        return deriveToEnd(program_, key, options.budget, scratch.derivation, sink);
+    if (program_.isContextFree())
+        return streamWord(program_, key, *iterations_, Interpretation::Apply, options.limits, scratch.derivation, sink);
+    if (auto done = deriveWord(program_, key, *iterations_, options.limits, scratch.derivation, scratch.word); !done)
+        return tl::make_unexpected(done.error());
+    return emitWord(program_, *iterations_, Interpretation::Apply, options.limits, scratch.derivation, scratch.word,
+                    sink);
 }
 
 Expected<GrowthSample> Grower::sample(Seed seed, std::uint32_t attempt, const GrowOptions& options,
                                       GrowScratch& scratch, std::uint32_t mostSegments) const
 {
-    CountingSink sink(commands_, nameHashes_, mostSegments);
+    CountingSink sink(alphabet_.commands, nameHashes_, mostSegments);
     const auto done = derive(seed, attempt, options, scratch, sink);
     if (!done)
         return tl::make_unexpected(done.error());
@@ -136,7 +139,7 @@ Expected<std::uint32_t> Grower::acceptedAttempt(Seed seed, const GrowOptions& op
     std::uint32_t nearest = 0;
     double least = 1e300;
     // A hostile species may ask for many attempts that each use up the budget.
-    const std::uint64_t mostWork = 4 * (std::uint64_t{options.budget.productions} + options.budget.modules);
+    const std::uint64_t mostWork = 32 * (std::uint64_t{options.budget.productions} + options.budget.modules);
     std::uint64_t work = 0;
     for (std::uint32_t attempt = 0; attempt < window_->attempts && work < mostWork; ++attempt)
     {
@@ -167,7 +170,7 @@ Expected<void> Grower::grow(Seed seed, const GrowOptions& options, GrowScratch& 
     if (!attempt)
         return tl::make_unexpected(attempt.error());
     Turtle turtle(turtle_, options.limits, scratch.turtle, skeleton);
-    DrawingSink sink(turtle, commands_);
+    DrawingSink sink(turtle, alphabet_);
     const auto derived = derive(seed, *attempt, options, scratch, sink);
     if (!derived)
     {

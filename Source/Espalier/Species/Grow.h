@@ -25,6 +25,7 @@ struct GrowOptions
 struct GrowScratch
 {
     DerivationScratch derivation;
+    Word word; ///< Of a context-sensitive grammar.
     TurtleScratch turtle;
 };
 
@@ -42,10 +43,15 @@ struct GrowthSample
 class Grower
 {
 public:
-    [[nodiscard]] static Expected<Grower> make(const Species& species);
+    /// A species grows by so many steps of its grammar if `iterations`, or else the grammar's `iterations:`, tells how
+    /// many; otherwise until nothing can be rewritten, as inferred species do, which needs a grammar without contexts.
+    /// What is certain to exceed `limits` is refused here, before anything is grown.
+    [[nodiscard]] static Expected<Grower> make(const Species& species, std::optional<std::uint32_t> iterations = {},
+                                               const Limits& limits = {});
 
-    /// Grows the tree of `seed` into `skeleton`, axes and radii included. Depth first, without building a word; nothing
-    /// is allocated once `scratch` and `skeleton` are warm. On failure `skeleton` is empty.
+    /// Grows the tree of `seed` into `skeleton`, axes and radii included. Depth first, without building a word unless
+    /// the grammar has contexts; nothing is allocated once `scratch` and `skeleton` are warm. On failure `skeleton` is
+    /// empty.
     [[nodiscard]] Expected<void> grow(Seed seed, const GrowOptions& options, GrowScratch& scratch,
                                       Skeleton& skeleton) const;
 
@@ -57,16 +63,19 @@ public:
     [[nodiscard]] Expected<GrowthSample> sample(Seed seed, std::uint32_t attempt, const GrowOptions& options,
                                                 GrowScratch& scratch, std::uint32_t mostSegments = 0xffffffffu) const;
 
-    /// Derives one attempt into a sink of the caller's.
+    /// Derives one attempt into a sink of the caller's, interpreted.
     [[nodiscard]] Expected<bool> derive(Seed seed, std::uint32_t attempt, const GrowOptions& options,
                                         GrowScratch& scratch, DerivationSink& sink) const;
+
+    [[nodiscard]] const GrammarProgram& program() const noexcept { return program_; }
 
 private:
     Grower(GrammarProgram program, const Species& species);
 
     GrammarProgram program_;
-    std::vector<TurtleCommand> commands_;   ///< Of each symbol.
-    std::vector<std::uint64_t> nameHashes_; ///< Of each symbol: ids depend on the text, names do not.
+    TurtleAlphabet alphabet_;
+    std::vector<std::uint64_t> nameHashes_; ///< Of each letter: numbers depend on the text, names do not.
+    std::optional<std::uint32_t> iterations_;
     TurtleSettings turtle_;
     std::optional<GrowthWindow> window_;
     PipeModel pipes_;

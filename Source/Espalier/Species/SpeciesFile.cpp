@@ -4,7 +4,7 @@
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Core/Json.h>
 #include <Espalier/Core/Utf8.h>
-#include <Espalier/Grammar/Derivation.h>
+#include <Espalier/Grammar/GrammarProgram.h>
 #include <algorithm>
 #include <charconv>
 
@@ -104,26 +104,45 @@ Expected<void> readWindow(const Value& value, GrowthWindow& window)
         .result();
 }
 
+Expected<void> readColour(const Value& value, Vec3& colour)
+{
+    if (auto done = value.requireArray("colour"); !done)
+        return done;
+    const std::vector<Value> items = value.items();
+    if (items.size() != 3)
+        return value.fail("the colour has " + std::to_string(items.size()) + " components",
+                          "red, green and blue, linear, from 0 to 1");
+    for (int i = 0; i < 3; ++i)
+    {
+        const auto component = items[static_cast<std::size_t>(i)].number("a colour component", 0, 1);
+        if (!component)
+            return tl::make_unexpected(component.error());
+        colour[i] = static_cast<float>(*component);
+    }
+    return {};
+}
+
+Expected<void> readPalette(const Value& value, std::vector<Vec3>& palette)
+{
+    if (auto done = value.requireArray("palette"); !done)
+        return done;
+    const std::vector<Value> items = value.items();
+    if (items.empty() || items.size() > kMaxPalette)
+        return value.fail("the palette has " + std::to_string(items.size()) + " colours",
+                          "from 1 to " + std::to_string(kMaxPalette) + " of them");
+    palette.assign(items.size(), Vec3(0));
+    for (std::size_t i = 0; i < items.size(); ++i)
+    {
+        if (auto done = readColour(items[i], palette[i]); !done)
+            return done;
+    }
+    return {};
+}
+
 Expected<void> readAppearance(const Value& value, Appearance& appearance)
 {
-    if (auto done = value.requireObject("appearance", {"pipes", "bark"}); !done)
+    if (auto done = value.requireObject("appearance", {"pipes", "bark", "palette"}); !done)
         return done;
-    const auto readColour = [&](const Value& v) -> Expected<void> {
-        if (auto done = v.requireArray("colour"); !done)
-            return done;
-        const std::vector<Value> items = v.items();
-        if (items.size() != 3)
-            return v.fail("the colour has " + std::to_string(items.size()) + " components",
-                          "red, green and blue, linear, from 0 to 1");
-        for (int i = 0; i < 3; ++i)
-        {
-            const auto component = items[static_cast<std::size_t>(i)].number("a colour component", 0, 1);
-            if (!component)
-                return tl::make_unexpected(component.error());
-            appearance.bark.colour[i] = static_cast<float>(*component);
-        }
-        return {};
-    };
     return Fields(value)
         .read("pipes",
               [&](const Value& v) -> Expected<void> {
@@ -140,11 +159,12 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance)
                   if (auto done = v.requireObject("bark", {"colour", "roughness", "tile"}); !done)
                       return done;
                   return Fields(v)
-                      .read("colour", readColour)
+                      .read("colour", [&](const Value& colour) { return readColour(colour, appearance.bark.colour); })
                       .number("roughness", appearance.bark.roughness, 0, 1)
                       .number("tile", appearance.bark.tile, 1e-3, 100)
                       .result();
               })
+        .read("palette", [&](const Value& v) { return readPalette(v, appearance.palette); })
         .result();
 }
 
@@ -249,8 +269,9 @@ Expected<void> readGrammar(const Value& value, std::string_view file, const Limi
         text += '\n';
     }
     Limits grammarLimits = limits;
-    grammarLimits.productions =
-        std::max(limits.productions, limits.inferredNodes); // inference may write more than people do
+    // Inference may write more than people do.
+    grammarLimits.productions = std::max(limits.productions, limits.inferredNodes);
+    grammarLimits.grammarParts = std::max(limits.grammarParts, 2 * limits.inferredNodes);
     // A place in the grammar is a place in the string that holds its line; escapes make the string longer than the
     // line.
     const GrammarPlace place = [&](std::uint32_t line, std::uint32_t column) {
@@ -363,12 +384,22 @@ std::string printSpecies(const Species& species)
         std::array<char, 32> buffer;
         return std::string(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
     };
+    const auto colourText = [&](const Vec3& colour) {
+        return "[" + shortest(colour.x) + ", " + shortest(colour.y) + ", " + shortest(colour.z) + "]";
+    };
     const Appearance& a = species.appearance;
     out += "  \"appearance\": {\n    \"pipes\": {\"tipRadius\": " + shortest(a.pipes.tipRadius) +
            ", \"exponent\": " + shortest(a.pipes.exponent) + ", \"pipesPerMetre\": " + shortest(a.pipes.pipesPerMetre) +
-           "},\n    \"bark\": {\"colour\": [" + shortest(a.bark.colour.x) + ", " + shortest(a.bark.colour.y) + ", " +
-           shortest(a.bark.colour.z) + "], \"roughness\": " + shortest(a.bark.roughness) +
-           ", \"tile\": " + shortest(a.bark.tile) + "}\n  },\n";
+           "},\n    \"bark\": {\"colour\": " + colourText(a.bark.colour) +
+           ", \"roughness\": " + shortest(a.bark.roughness) + ", \"tile\": " + shortest(a.bark.tile) + "}";
+    if (a.palette != defaultPalette())
+    {
+        out += ",\n    \"palette\": [";
+        for (std::size_t i = 0; i < a.palette.size(); ++i)
+            out += (i == 0 ? "" : ", ") + colourText(a.palette[i]);
+        out += "]";
+    }
+    out += "\n  },\n";
     const Provenance& p = species.provenance;
     out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
            ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
