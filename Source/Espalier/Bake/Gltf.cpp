@@ -162,12 +162,29 @@ int addTextureCoordinates(std::span<const Vec2> uvs, GltfWriter& writer)
     return writer.addAttribute(std::span<const Vec2>(fromTop));
 }
 
+bool looksLike(const MeshPart& a, const MeshPart& b)
+{
+    return a.material == b.material && a.colour == b.colour;
+}
+
+/// The first part of each look, in order: each becomes a material.
+std::vector<MeshPart> looksOf(const TreeMesh& mesh)
+{
+    std::vector<MeshPart> looks;
+    for (const MeshPart& part : mesh.parts)
+    {
+        const auto isSame = [&](const MeshPart& look) { return looksLike(look, part); };
+        if (part.indexCount > 0 && std::ranges::none_of(looks, isSame))
+            looks.push_back(part);
+    }
+    return looks;
+}
+
 /// One primitive a part, all with the same attributes and one view of indices.
-tinygltf::Mesh addMesh(const TreeMesh& mesh, GltfWriter& writer)
+tinygltf::Mesh addMesh(const TreeMesh& mesh, std::span<const MeshPart> looks, GltfWriter& writer)
 {
     tinygltf::Primitive primitive;
     primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.material = 0;
     primitive.attributes["POSITION"] = addPositions(mesh.positions, writer);
     primitive.attributes["NORMAL"] = writer.addAttribute(std::span(mesh.normals));
     primitive.attributes["TANGENT"] = writer.addAttribute(std::span(mesh.tangents));
@@ -189,6 +206,8 @@ tinygltf::Mesh addMesh(const TreeMesh& mesh, GltfWriter& writer)
     {
         if (part.indexCount == 0)
             continue;
+        primitive.material = static_cast<int>(
+            std::ranges::find_if(looks, [&](const MeshPart& look) { return looksLike(look, part); }) - looks.begin());
         primitive.indices =
             writer.addAccessor(view, part.firstIndex * indexSize, part.indexCount, componentType, TINYGLTF_TYPE_SCALAR);
         result.primitives.push_back(primitive);
@@ -196,14 +215,21 @@ tinygltf::Mesh addMesh(const TreeMesh& mesh, GltfWriter& writer)
     return result;
 }
 
-tinygltf::Material barkMaterial(const BarkAppearance& bark)
+/// What is not plain bark is named by its entry of the palette, such as "Oak wood 2" and "Oak surface 1".
+tinygltf::Material materialOf(const MeshPart& look, const Appearance& appearance, const std::string& name)
 {
+    constexpr double kSurfaceRoughness = 0.6; // leaves and berries are waxy
+    const bool isSurface = look.material == MeshMaterial::Surface;
     const auto factor = [](float value) { return static_cast<double>(std::clamp(value, 0.0f, 1.0f)); };
+    const Vec3 colour = colourOf(look, appearance);
     tinygltf::Material material;
-    material.pbrMetallicRoughness.baseColorFactor = {factor(bark.colour.x), factor(bark.colour.y),
-                                                     factor(bark.colour.z), 1.0};
+    material.name = name + (isSurface ? " surface " : look.colour == 0 ? " bark" : " wood ");
+    if (isSurface || look.colour != 0)
+        material.name += std::to_string(look.colour);
+    material.doubleSided = isSurface;
+    material.pbrMetallicRoughness.baseColorFactor = {factor(colour.x), factor(colour.y), factor(colour.z), 1.0};
     material.pbrMetallicRoughness.metallicFactor = 0;
-    material.pbrMetallicRoughness.roughnessFactor = factor(bark.roughness);
+    material.pbrMetallicRoughness.roughnessFactor = isSurface ? kSurfaceRoughness : factor(appearance.bark.roughness);
     return material;
 }
 
@@ -225,10 +251,11 @@ Expected<std::string> serialise(const TreeMesh& mesh, const Appearance& appearan
     model.asset.version = "2.0";
     model.asset.generator = "Espalier " ESPALIER_VERSION;
     model.buffers.emplace_back();
-    model.meshes.push_back(addMesh(mesh, writer));
+    const std::vector<MeshPart> looks = looksOf(mesh);
+    model.meshes.push_back(addMesh(mesh, looks, writer));
     model.meshes[0].name = name;
-    model.materials.push_back(barkMaterial(appearance.bark));
-    model.materials[0].name = name + " bark";
+    for (const MeshPart& look : looks)
+        model.materials.push_back(materialOf(look, appearance, name));
     tinygltf::Node node;
     node.name = name;
     node.mesh = 0;
@@ -255,6 +282,8 @@ Expected<std::string> bakeGlb(const TreeMesh& mesh, const Appearance& appearance
         return tl::unexpected(checked.error());
     if (!isFinite(appearance.bark.colour) || !std::isfinite(appearance.bark.roughness))
         return failure(ErrorKind::BadInput, {}, "the bark's colour or roughness is not finite");
+    if (!std::ranges::all_of(appearance.palette, [](const Vec3& colour) { return isFinite(colour); }))
+        return failure(ErrorKind::BadInput, {}, "a colour of the palette is not finite");
     if (info.speciesName.size() > kMaxNameBytes || findInvalidUtf8(info.speciesName) != std::string_view::npos)
         return failure(ErrorKind::BadInput, {}, "the species' name cannot be written",
                        "UTF-8 of at most " + std::to_string(kMaxNameBytes) + " bytes");

@@ -21,8 +21,8 @@ struct BakeInfo
 };
 
 /// `mesh` as the bytes of a GLB file in the portable profile: glTF 2.0 without extensions, float attributes
-/// (POSITION, NORMAL, TANGENT, TEXCOORD_0), 16-bit indices where they suffice, one opaque single-sided material a kind
-/// of part, everything in one buffer. One node, in metres, Y up.
+/// (POSITION, NORMAL, TANGENT, TEXCOORD_0), 16-bit indices where they suffice, one opaque material a kind
+/// and colour of part, double-sided for surfaces, everything in one buffer. One node, in metres, Y up.
 ///
 /// glTF counts v from the top of an image, so TEXCOORD_0 is (u, 1 - v): an image's top points to the tip of the
 /// branch. Tangents pass unchanged: their bitangent points to the image's top, where glTF's normal maps have +Y.

@@ -1,5 +1,7 @@
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Mesh/TreeMesh.h>
+#include <Espalier/Species/Appearance.h>
+#include <algorithm>
 #include <span>
 
 namespace espalier {
@@ -28,6 +30,30 @@ void TreeMesh::clear() noexcept
     parts.clear();
 }
 
+std::string_view reasonOf(MeshResult result) noexcept
+{
+    switch (result)
+    {
+    case MeshResult::Ok:
+        return {};
+    case MeshResult::EmptySkeleton:
+        return "there is nothing to draw";
+    case MeshResult::UnsoundSkeleton:
+        return "a number in it is not finite or too large";
+    case MeshResult::TooManyVertices:
+        return "it would exceed the limit vertices";
+    }
+    return {};
+}
+
+Vec3 colourOf(const MeshPart& part, const Appearance& appearance) noexcept
+{
+    const bool isPlainBark = part.material == MeshMaterial::Bark && part.colour == 0;
+    if (isPlainBark || appearance.palette.empty())
+        return appearance.bark.colour;
+    return appearance.palette[std::min<std::size_t>(part.colour, appearance.palette.size() - 1)];
+}
+
 std::uint64_t hashOf(const TreeMesh& mesh) noexcept
 {
     Hash64 hash;
@@ -43,6 +69,8 @@ std::uint64_t hashOf(const TreeMesh& mesh) noexcept
         hash.value(part.material);
         hash.value(part.firstIndex);
         hash.value(part.indexCount);
+        if (part.colour != 0) // so that meshes without colours keep the hash they always had
+            hash.value(part.colour);
     }
     return hash.result();
 }

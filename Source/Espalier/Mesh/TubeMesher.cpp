@@ -1,4 +1,5 @@
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Mesh/PartCursors.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeMesher.h>
 #include <Espalier/Plant/Skeleton.h>
@@ -28,6 +29,10 @@ constexpr float kStraightCosine = 0.9999985f;
 constexpr float kStraightSlope = 0.002f;
 constexpr float kStraightRadius = 0.01f;
 
+/// And the way from one to the other must lead where they face (a cosine): at the corners of a staircase all face
+/// diagonally.
+constexpr float kStraightAhead = 0.9f;
+
 /// Bark is never repeated more often than this many times per tile along thin twigs: finer only shimmers.
 constexpr float kFinestBark = 16.f;
 
@@ -52,6 +57,7 @@ TubeSettings clamped(TubeSettings settings)
 {
     // Written so that NaN becomes the lower bound.
     const auto clamp = [](float value, float low, float high) { return value > low ? std::min(value, high) : low; };
+    settings.colours = std::clamp<std::uint16_t>(settings.colours, 1, kMaxPalette);
     settings.maxSides = std::clamp<std::uint16_t>(settings.maxSides, 3, 256);
     settings.minSides = std::clamp<std::uint16_t>(settings.minSides, 3, settings.maxSides);
     settings.chordError = clamp(settings.chordError, 1e-9f, 1e9f);
@@ -352,7 +358,10 @@ bool foldsBetween(const TubeRing& a, const TubeRing& b)
 
 bool isStraightBetween(const TubeRing& a, const TubeRing& b)
 {
-    return glm::dot(a.tangent, b.tangent) > kStraightCosine && std::abs(a.slope - b.slope) < kStraightSlope &&
+    const Vec3 chord = b.centre - a.centre;
+    const float ahead = glm::dot(chord, a.tangent);
+    return ahead * ahead >= kStraightAhead * kStraightAhead * glm::dot(chord, chord) &&
+           glm::dot(a.tangent, b.tangent) > kStraightCosine && std::abs(a.slope - b.slope) < kStraightSlope &&
            std::abs(a.radius + a.slope * (b.along - a.along) - b.radius) <= kStraightRadius * a.radius;
 }
 
@@ -454,6 +463,7 @@ void planTube(const Plan& plan, std::uint32_t segment)
 {
     TubeScratch& scratch = plan.scratch;
     Tube tube{.firstRing = static_cast<std::uint32_t>(scratch.rings.size()), .collar = collarOf(plan, segment)};
+    tube.colour = std::min<std::uint32_t>(plan.skeleton.materials[segment], plan.settings.colours - 1u);
     sampleAxis(startOf(plan, segment, tube.collar), plan.rounding, scratch.joints, scratch.points);
 
     const float startRadius = scratch.points[0].radius;
@@ -577,16 +587,17 @@ Vec3 collarNormal(const TubeCollar& collar, const TubeRing& ring, const Vec3& po
     return directionOr(glm::mix(own, parents, 0.9f * rest * rest * agreement), own);
 }
 
-/// Writes one tube and returns where the next one's vertices and indices go.
+/// Writes tubes one after the other: vertices as they come, indices each into the run of its colour.
 class TubeWriter
 {
 public:
-    TubeWriter(const TubeScratch& scratch, float tile, TreeMesh& mesh, std::size_t vertex, std::size_t index)
-        : scratch_(scratch), tile_(tile), mesh_(mesh), vertex_(vertex), index_(index)
+    TubeWriter(const TubeScratch& scratch, float tile, TreeMesh& mesh, std::size_t vertex, PartCursors& cursors)
+        : scratch_(scratch), tile_(tile), mesh_(mesh), vertex_(vertex), cursors_(cursors)
     {}
 
     void write(const Tube& tube)
     {
+        index_ = cursors_.next(tube.colour);
         const auto first = static_cast<std::uint32_t>(vertex_);
         const std::span<const Vec2> circle(&scratch_.circlePoints[scratch_.circleStarts[tube.sides] - 1],
                                            tube.sides + 1);
@@ -604,6 +615,7 @@ public:
             writeRoot(tube, rings[0], first);
         else if (tube.baseVertices > 0)
             writeLid(tube, rings[0], first);
+        cursors_.advance(tube.colour, index_);
     }
 
 private:
@@ -736,16 +748,17 @@ private:
     float tile_;
     TreeMesh& mesh_;
     std::size_t vertex_;
-    std::size_t index_;
+    std::size_t index_ = 0;
+    PartCursors& cursors_;
 };
 
 } // namespace
 
-TubeResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
                      const Limits& limits, TubeScratch& scratch, TreeMesh& mesh)
 {
     if (!isSound(skeleton) || !isWithin(skeleton, static_cast<float>(limits.coordinate)))
-        return TubeResult::UnsoundSkeleton;
+        return MeshResult::UnsoundSkeleton;
 
     const TubeSettings kept = clamped(settings);
     const AxisRounding rounding{.smoothing = kept.smoothing,
@@ -757,6 +770,7 @@ TubeResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
     scratch.tubes.clear();
     std::uint64_t vertices = mesh.positions.size();
     std::uint64_t indices = mesh.indices.size();
+    PartCursors cursors;
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
     {
         if (!startsTube(skeleton, i) || !gatherJoints(skeleton, i, scratch))
@@ -764,27 +778,24 @@ TubeResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
         planTube(plan, i);
         vertices += vertexCountOf(scratch.tubes.back());
         indices += indexCountOf(scratch.tubes.back());
+        cursors.count(scratch.tubes.back().colour, indexCountOf(scratch.tubes.back()));
         if (vertices > limits.vertices || indices > std::numeric_limits<std::uint32_t>::max())
-            return TubeResult::TooManyVertices;
+            return MeshResult::TooManyVertices;
         prepareCircle(scratch.tubes.back().sides, scratch);
     }
     if (scratch.tubes.empty())
-        return TubeResult::EmptySkeleton;
+        return MeshResult::EmptySkeleton;
 
     const std::size_t firstVertex = mesh.positions.size();
-    const std::size_t firstIndex = mesh.indices.size();
     mesh.positions.resize(vertices);
     mesh.normals.resize(vertices);
     mesh.tangents.resize(vertices);
     mesh.uvs.resize(vertices);
-    mesh.indices.resize(indices);
-    TubeWriter writer(scratch, plan.tile, mesh, firstVertex, firstIndex);
+    cursors.open(MeshMaterial::Bark, mesh);
+    TubeWriter writer(scratch, plan.tile, mesh, firstVertex, cursors);
     for (const Tube& tube : scratch.tubes)
         writer.write(tube);
-    mesh.parts.push_back({.material = MeshMaterial::Bark,
-                          .firstIndex = static_cast<std::uint32_t>(firstIndex),
-                          .indexCount = static_cast<std::uint32_t>(indices - firstIndex)});
-    return TubeResult::Ok;
+    return MeshResult::Ok;
 }
 
 } // namespace espalier

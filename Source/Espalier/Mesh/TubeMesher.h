@@ -25,15 +25,7 @@ struct TubeSettings
     float collarLength = 2.5f;    ///< Over what length the collar fades, in radii of the branch. [0, 20]
     float rootFlare = 0.7f;       ///< The same for the trunk where it meets the ground. [0, 4]
     float rootFlareLength = 4.0f; ///< In radii of the trunk. [0, 20]
-};
-
-/// Why there is no mesh.
-enum class TubeResult : std::uint8_t
-{
-    Ok,
-    EmptySkeleton,   ///< Nothing to sweep; `mesh` is untouched.
-    UnsoundSkeleton, ///< Not isSound, or a coordinate or radius beyond Limits::coordinate; `mesh` is untouched.
-    TooManyVertices, ///< Limits::vertices would be exceeded; `mesh` is untouched.
+    std::uint16_t colours = 64;   ///< Parts at most: materials from this one on share the last. [1, 64]
 };
 
 /// A cross section of a tube.
@@ -70,6 +62,7 @@ struct Tube
     std::uint32_t firstRing = 0;
     std::uint32_t ringCount = 0;
     std::uint32_t sides = 0;
+    std::uint32_t colour = 0;       ///< Of its part.
     float repeats = 1;              ///< Of the bark round the tube; whole.
     float repeatsPerMetre = 1;      ///< Along it.
     std::uint32_t baseVertices = 0; ///< Closing the start; 0 if its first ring has no radius.
@@ -90,7 +83,8 @@ struct TubeScratch
         circleStarts{}; ///< Where in circlePoints the circle of so many sides begins, plus 1.
 };
 
-/// Appends one closed tube per axis of `skeleton` to `mesh`, as one Bark part.
+/// Appends one closed tube per axis of `skeleton` to `mesh`, as Bark parts: one for each material in which an axis
+/// begins, in ascending order. A tube has one colour, that of its first segment.
 ///
 /// Frames are rotation-minimizing (Wang et al. 2008, double reflection); a branch begins inside its parent and widens
 /// to a collar that follows the parent's surface and takes its normals there; tips are closed and round, one radius
@@ -104,7 +98,7 @@ struct TubeScratch
 ///
 /// Settings outside their ranges are clamped. Equal input gives equal bytes. Safe to call concurrently on different
 /// meshes and scratches.
-[[nodiscard]] TubeResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+[[nodiscard]] MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
                                    const Limits& limits, TubeScratch& scratch, TreeMesh& mesh);
 
 } // namespace espalier

@@ -1,0 +1,418 @@
+#include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Mesh/AxisCurve.h>
+#include <Espalier/Mesh/PartCursors.h>
+#include <Espalier/Mesh/RingFrames.h>
+#include <Espalier/Mesh/ShapeMesher.h>
+#include <Espalier/Plant/Skeleton.h>
+#include <Espalier/Species/Appearance.h>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <span>
+
+// Two passes like the tubes': polygons are planned down to their triangles and everything is counted, then written by
+// index into arrays of exactly the right size.
+
+namespace espalier {
+namespace {
+
+/// Metres. Smaller shapes are no shapes: their area is lost in rounding.
+constexpr double kSmallestExtent = 1e-6;
+
+/// A polygon with less area than this share of its extent squared is a line.
+constexpr double kThinnest = 1e-7;
+
+/// Corners that all polygons of one plant may have looked at: about a second's worth. It is enough for a million leaves.
+constexpr std::uint64_t kTriangulationWork = std::uint64_t{1} << 26;
+
+/// Where along an ovate leaf the outline has corners, and its half width there as a share of the greatest.
+struct LeafStation
+{
+    float along;
+    float halfWidth;
+};
+constexpr std::array<LeafStation, 7> kOvate{
+    {{0, 0}, {0.05f, 0.32f}, {0.17f, 0.74f}, {0.34f, 1}, {0.55f, 0.88f}, {0.78f, 0.44f}, {1, 0}}};
+constexpr std::uint32_t kInnerStations = kOvate.size() - 2;
+constexpr std::uint32_t kLeafVertices = 2 * (kOvate.size() + kInnerStations); ///< Each half has its own midrib.
+constexpr std::uint32_t kLeafIndices = 2 * 3 * (2 + 2 * (kInnerStations - 1));
+
+ShapeSettings clamped(ShapeSettings settings)
+{
+    // Written so that NaN becomes the lower bound.
+    const auto clamp = [](float value, float low, float high) { return value > low ? std::min(value, high) : low; };
+    settings.sphereSides = std::clamp<std::uint16_t>(settings.sphereSides, 4, 64);
+    settings.leafWidth = clamp(settings.leafWidth, 0.01f, 4);
+    settings.leafFold = clamp(settings.leafFold, 0, 1.5f);
+    settings.leafArch = clamp(settings.leafArch, -0.5f, 0.5f);
+    return settings;
+}
+
+bool isWithin(const Skeleton& skeleton, float limit)
+{
+    const auto inside = [&](const Vec3& v) {
+        return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
+    };
+    return std::ranges::all_of(skeleton.corners, inside) &&
+           std::ranges::all_of(skeleton.spheres,
+                               [&](const SkeletonSphere& s) { return inside(s.centre) && s.radius <= limit; }) &&
+           std::ranges::all_of(skeleton.organs,
+                               [&](const SkeletonOrgan& o) { return inside(o.position) && o.size <= limit; });
+}
+
+bool isSeen(const SkeletonSphere& sphere)
+{
+    return static_cast<double>(sphere.radius) > 0.5 * kSmallestExtent;
+}
+
+bool isSeen(const SkeletonOrgan& organ)
+{
+    return static_cast<double>(organ.size) > kSmallestExtent;
+}
+
+/// What a plant's shapes need.
+struct Counts
+{
+    std::uint64_t vertices = 0;
+    std::uint64_t indices = 0;
+};
+
+std::uint32_t stacksOf(const ShapeSettings& settings)
+{
+    return settings.sphereSides / 2u;
+}
+
+std::uint64_t sphereVertices(const ShapeSettings& settings)
+{
+    return std::uint64_t{settings.sphereSides + 1u} * (stacksOf(settings) + 1);
+}
+
+std::uint64_t sphereIndices(const ShapeSettings& settings)
+{
+    return std::uint64_t{6} * settings.sphereSides * (stacksOf(settings) - 1);
+}
+
+/// The most that can be needed, known before anything is planned.
+Counts boundsOf(const Skeleton& skeleton, const ShapeSettings& settings)
+{
+    Counts most;
+    for (const SkeletonPolygon& polygon : skeleton.polygons)
+        most.vertices += polygon.cornerCount;
+    most.indices = 3 * most.vertices;
+    const auto spheres = static_cast<std::uint64_t>(
+        std::ranges::count_if(skeleton.spheres, [](const SkeletonSphere& sphere) { return isSeen(sphere); }));
+    const auto organs = static_cast<std::uint64_t>(
+        std::ranges::count_if(skeleton.organs, [](const SkeletonOrgan& organ) { return isSeen(organ); }));
+    most.vertices += spheres * sphereVertices(settings) + organs * kLeafVertices;
+    most.indices += spheres * sphereIndices(settings) + organs * kLeafIndices;
+    return most;
+}
+
+/// Copies the corners of a polygon without those that repeat the one before; returns how far they reach.
+double gatherCorners(std::span<const Vec3> corners, std::vector<Vec3>& kept)
+{
+    const std::size_t first = kept.size();
+    for (const Vec3& corner : corners)
+    {
+        if (kept.size() == first || corner != kept.back())
+            kept.push_back(corner);
+    }
+    while (kept.size() > first + 1 && kept.back() == kept[first])
+        kept.pop_back();
+    Vec3 low = kept[first];
+    Vec3 high = kept[first];
+    for (std::size_t i = first; i < kept.size(); ++i)
+    {
+        low = glm::min(low, kept[i]);
+        high = glm::max(high, kept[i]);
+    }
+    const DVec3 extent = DVec3(high) - DVec3(low);
+    return std::max({extent.x, extent.y, extent.z});
+}
+
+/// Twice the area along the normal, by M. E. Newell's sum: the mean plane of corners that need not lie in one. Where an
+/// outline crosses itself so that its parts cancel, the plane of the largest triangle at the first corner.
+DVec3 areaVector(std::span<const Vec3> corners, double least)
+{
+    const DVec3 origin(corners[0]);
+    DVec3 sum(0);
+    DVec3 largest(0);
+    for (std::size_t i = 1; i + 1 < corners.size(); ++i)
+    {
+        const DVec3 area = glm::cross(DVec3(corners[i]) - origin, DVec3(corners[i + 1]) - origin);
+        sum += area;
+        if (glm::dot(area, area) > glm::dot(largest, largest))
+            largest = area;
+    }
+    return glm::length(sum) > least ? sum : largest;
+}
+
+/// The direction from the first corner to the one farthest from it, in the plane.
+Vec3 upOf(std::span<const Vec3> corners, const Vec3& normal)
+{
+    Vec3 farthest(0);
+    for (const Vec3& corner : corners)
+    {
+        const Vec3 arm = corner - corners[0];
+        if (glm::dot(arm, arm) > glm::dot(farthest, farthest))
+            farthest = arm;
+    }
+    return sideNormalTo(normal, farthest);
+}
+
+/// Plans one polygon, or leaves the scratch as it was if there is nothing to see.
+void planPolygon(std::span<const Vec3> outline, std::uint32_t colour, std::uint64_t& work, ShapeScratch& scratch)
+{
+    const std::size_t firstCorner = scratch.corners.size();
+    const std::size_t firstIndex = scratch.triangles.size();
+    const double extent = gatherCorners(outline, scratch.corners);
+    const std::span<const Vec3> corners = std::span(scratch.corners).subspan(firstCorner);
+    const double least = kThinnest * extent * extent;
+    const DVec3 area = corners.size() >= 3 && extent > kSmallestExtent ? areaVector(corners, least) : DVec3(0);
+    if (glm::length(area) > least)
+    {
+        FlatShape shape{.firstCorner = static_cast<std::uint32_t>(firstCorner),
+                        .cornerCount = static_cast<std::uint32_t>(corners.size()),
+                        .firstIndex = static_cast<std::uint32_t>(firstIndex),
+                        .colour = colour};
+        shape.normal = directionOr(Vec3(area / glm::length(area)), Vec3(0, 1, 0));
+        shape.up = upOf(corners, shape.normal);
+        const DVec3 up(shape.up);
+        const DVec3 right = glm::cross(up, DVec3(shape.normal));
+        scratch.flattened.clear();
+        for (const Vec3& corner : corners)
+        {
+            const DVec3 arm = DVec3(corner) - DVec3(corners[0]);
+            scratch.flattened.emplace_back(glm::dot(arm, right), glm::dot(arm, up));
+        }
+        triangulate(scratch.flattened, work, scratch.triangulation, scratch.triangles);
+        shape.indexCount = static_cast<std::uint32_t>(scratch.triangles.size() - firstIndex);
+        if (shape.indexCount > 0)
+        {
+            scratch.shapes.push_back(shape);
+            return;
+        }
+    }
+    scratch.corners.resize(firstCorner);
+}
+
+/// Writes shapes one after the other: vertices as they come, indices each into the run of its colour.
+class ShapeWriter
+{
+public:
+    ShapeWriter(const ShapeSettings& settings, std::size_t firstVertex, PartCursors& cursors, TreeMesh& mesh)
+        : settings_(settings), vertex_(static_cast<std::uint32_t>(firstVertex)), cursors_(cursors), mesh_(mesh),
+          cosFold_(static_cast<float>(math::cos(static_cast<double>(settings.leafFold)))),
+          sinFold_(static_cast<float>(math::sin(static_cast<double>(settings.leafFold))))
+    {}
+
+    void writePolygon(const FlatShape& shape, const ShapeScratch& scratch)
+    {
+        const std::span<const Vec3> corners = std::span(scratch.corners).subspan(shape.firstCorner, shape.cornerCount);
+        const Vec3 right = glm::cross(shape.up, shape.normal);
+        const auto onPlane = [&](const Vec3& corner) {
+            const Vec3 arm = corner - corners[0];
+            return Vec2(glm::dot(arm, right), glm::dot(arm, shape.up));
+        };
+        Vec2 low(0);
+        Vec2 high(0);
+        for (const Vec3& corner : corners)
+        {
+            low = glm::min(low, onPlane(corner));
+            high = glm::max(high, onPlane(corner));
+        }
+        const Vec2 size = high - low;
+        const std::uint32_t first = vertex_;
+        for (const Vec3& corner : corners)
+        {
+            const Vec2 at = onPlane(corner) - low;
+            addVertex(corner, shape.normal, right, {size.x > 0 ? at.x / size.x : 0, size.y > 0 ? at.y / size.y : 0});
+        }
+        std::size_t index = cursors_.next(shape.colour);
+        for (std::uint32_t i = 0; i < shape.indexCount; ++i)
+            mesh_.indices[index++] = first + scratch.triangles[shape.firstIndex + i];
+        cursors_.advance(shape.colour, index);
+    }
+
+    /// Rows from pole to pole; the poles have a vertex for each triangle at them, so that all tangents run round.
+    void writeSphere(const SkeletonSphere& sphere, std::uint32_t colour)
+    {
+        const std::uint32_t sides = settings_.sphereSides;
+        const std::uint32_t stacks = stacksOf(settings_);
+        const std::uint32_t first = vertex_;
+        for (std::uint32_t i = 0; i <= stacks; ++i)
+        {
+            const math::SinCos polar = math::sinCosDegrees(180.0 * i / stacks);
+            for (std::uint32_t j = 0; j <= sides; ++j)
+            {
+                const math::SinCos round = math::sinCosDegrees(360.0 * (j % sides) / sides);
+                const DVec3 outward(polar.sin * round.sin, -polar.cos, polar.sin * round.cos);
+                const DVec3 along(round.cos, 0, -round.sin);
+                const Vec2 uv(static_cast<float>(j) / static_cast<float>(sides),
+                              static_cast<float>(i) / static_cast<float>(stacks));
+                addVertex(sphere.centre + sphere.radius * Vec3(outward), Vec3(outward), Vec3(along), uv);
+            }
+        }
+        open(colour);
+        for (std::uint32_t i = 0; i < stacks; ++i)
+            for (std::uint32_t j = 0; j < sides; ++j)
+            {
+                const std::uint32_t low = first + i * (sides + 1) + j;
+                const std::uint32_t high = low + sides + 1;
+                if (i > 0)
+                    addTriangle(low, low + 1, high + 1);
+                if (i + 1 < stacks)
+                    addTriangle(low, high + 1, high);
+            }
+        close(colour);
+    }
+
+    void writeLeaf(const SkeletonOrgan& organ, std::uint32_t colour)
+    {
+        const Vec3 heading = directionOr(organ.heading, Vec3(0, 1, 0));
+        const Vec3 left = sideNormalTo(heading, organ.left);
+        const Vec3 up = glm::cross(heading, left);
+        open(colour);
+        for (const float side : {1.f, -1.f})
+            writeHalf(organ, heading, side * left, up, side);
+        close(colour);
+    }
+
+private:
+    /// Midrib and edge of one half: the midrib's vertices first.
+    void writeHalf(const SkeletonOrgan& organ, const Vec3& heading, const Vec3& aside, const Vec3& up, float side)
+    {
+        const Vec3 across = aside * cosFold_ + up * sinFold_;
+        const float halfWidth = 0.5f * settings_.leafWidth;
+        const std::uint32_t midrib = vertex_;
+        const auto last = static_cast<std::uint32_t>(kOvate.size() - 1);
+        const auto place = [&](const LeafStation& station, float share) {
+            const float t = station.along;
+            const Vec3 rib = heading * t + up * (4 * settings_.leafArch * t * (1 - t));
+            const Vec3 forward = heading + up * (4 * settings_.leafArch * (1 - 2 * t));
+            const Vec3 normal = directionOr(side * glm::cross(forward, across), up);
+            const float width = share * halfWidth * station.halfWidth;
+            // u runs to the right, which is from edge to midrib on the left half.
+            const Vec3 right = sideNormalTo(normal, -side * across);
+            const Vec2 uv(0.5f - 0.5f * side * share * station.halfWidth, t);
+            addVertex(organ.position + organ.size * (rib + width * across), normal, right, uv);
+        };
+        for (const LeafStation& station : kOvate)
+            place(station, 0);
+        const std::uint32_t edge = vertex_;
+        for (std::uint32_t i = 1; i < last; ++i)
+            place(kOvate[i], 1);
+
+        const auto triangle = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+            if (side > 0)
+                addTriangle(a, b, c);
+            else
+                addTriangle(a, c, b);
+        };
+        triangle(midrib, midrib + 1, edge);
+        for (std::uint32_t i = 1; i + 1 < last; ++i)
+        {
+            triangle(midrib + i, midrib + i + 1, edge + i - 1);
+            triangle(midrib + i + 1, edge + i, edge + i - 1);
+        }
+        triangle(midrib + last - 1, midrib + last, edge + last - 2);
+    }
+
+    void addVertex(const Vec3& position, const Vec3& normal, const Vec3& tangent, const Vec2& uv)
+    {
+        mesh_.positions[vertex_] = position;
+        mesh_.normals[vertex_] = normal;
+        mesh_.tangents[vertex_] = Vec4(tangent, 1);
+        mesh_.uvs[vertex_] = uv;
+        ++vertex_;
+    }
+
+    void open(std::uint32_t colour) { index_ = cursors_.next(colour); }
+    void close(std::uint32_t colour) { cursors_.advance(colour, index_); }
+    void addTriangle(std::uint32_t a, std::uint32_t b, std::uint32_t c)
+    {
+        mesh_.indices[index_++] = a;
+        mesh_.indices[index_++] = b;
+        mesh_.indices[index_++] = c;
+    }
+
+    ShapeSettings settings_;
+    std::uint32_t vertex_;
+    std::size_t index_ = 0;
+    PartCursors& cursors_;
+    TreeMesh& mesh_;
+    float cosFold_;
+    float sinFold_;
+};
+
+} // namespace
+
+MeshResult meshShapes(const Skeleton& skeleton, const Appearance& appearance, const ShapeSettings& settings,
+                      const Limits& limits, ShapeScratch& scratch, TreeMesh& mesh)
+{
+    if (!isSound(skeleton) || !isWithin(skeleton, static_cast<float>(limits.coordinate)))
+        return MeshResult::UnsoundSkeleton;
+    const ShapeSettings kept = clamped(settings);
+    // What turns out to have no area counts too: a limit must hold before anything is looked at.
+    const Counts most = boundsOf(skeleton, kept);
+    if (most.vertices + mesh.positions.size() > limits.vertices ||
+        most.indices + mesh.indices.size() > std::numeric_limits<std::uint32_t>::max())
+        return MeshResult::TooManyVertices;
+
+    const std::size_t lastColour = std::clamp<std::size_t>(appearance.palette.size(), 1, kMaxPalette) - 1;
+    const auto colourFor = [&](std::uint16_t material) {
+        return static_cast<std::uint32_t>(std::min<std::size_t>(material, lastColour));
+    };
+    scratch.shapes.clear();
+    scratch.corners.clear();
+    scratch.triangles.clear();
+    std::uint64_t work = kTriangulationWork;
+    for (const SkeletonPolygon& polygon : skeleton.polygons)
+        planPolygon(std::span(skeleton.corners).subspan(polygon.firstCorner, polygon.cornerCount),
+                    colourFor(polygon.material), work, scratch);
+
+    PartCursors cursors;
+    std::uint64_t vertices = scratch.corners.size();
+    for (const FlatShape& shape : scratch.shapes)
+        cursors.count(shape.colour, shape.indexCount);
+    for (const SkeletonSphere& sphere : skeleton.spheres)
+    {
+        if (!isSeen(sphere))
+            continue;
+        vertices += sphereVertices(kept);
+        cursors.count(colourFor(sphere.material), sphereIndices(kept));
+    }
+    for (const SkeletonOrgan& organ : skeleton.organs)
+    {
+        if (!isSeen(organ))
+            continue;
+        vertices += kLeafVertices;
+        cursors.count(colourFor(organ.material), kLeafIndices);
+    }
+    if (vertices == 0)
+        return MeshResult::EmptySkeleton;
+
+    const std::size_t firstVertex = mesh.positions.size();
+    mesh.positions.resize(firstVertex + vertices);
+    mesh.normals.resize(firstVertex + vertices);
+    mesh.tangents.resize(firstVertex + vertices);
+    mesh.uvs.resize(firstVertex + vertices);
+    cursors.open(MeshMaterial::Surface, mesh);
+    ShapeWriter writer(kept, firstVertex, cursors, mesh);
+    for (const FlatShape& shape : scratch.shapes)
+        writer.writePolygon(shape, scratch);
+    for (const SkeletonSphere& sphere : skeleton.spheres)
+    {
+        if (isSeen(sphere))
+            writer.writeSphere(sphere, colourFor(sphere.material));
+    }
+    for (const SkeletonOrgan& organ : skeleton.organs)
+    {
+        if (isSeen(organ))
+            writer.writeLeaf(organ, colourFor(organ.material));
+    }
+    return MeshResult::Ok;
+}
+
+} // namespace espalier
