@@ -51,8 +51,7 @@ DVec3 nearestStand(const FrameBounds& bounds, const Camera& lens, const FrameMar
         std::min(-(bounds.left + bounds.right) / (2 * side), -(bounds.top + bounds.bottom) / (above + below));
     const double lowest = bounds.top + above * z;
     const double highest = -bounds.bottom - below * z;
-    constexpr double kFreeBelow = 0.3; // of the free height; a tree in the sky's middle seems to float
-    return {(bounds.right - bounds.left) / 2, highest + (lowest - highest) * kFreeBelow, z};
+    return {(bounds.right - bounds.left) / 2, highest + (lowest - highest) * margins.freeBelow, z};
 }
 
 } // namespace espalier

@@ -32,6 +32,7 @@ struct FrameMargins
     double side = 1;
     double top = 1;
     double bottom = 1;
+    double freeBelow = 0.3; ///< Share of the free height under the subject; a tree in the sky's middle seems to float.
 };
 
 /// Which cameras of given axes and lens see all points of a subject. Each side of a camera's pyramid is a plane through
@@ -53,7 +54,7 @@ struct FrameBounds
 [[nodiscard]] FrameBounds together(const FrameBounds& a, const FrameBounds& b) noexcept;
 
 /// Where in the view axes, relative to the subject's origin, the nearest camera stands that sees all of `bounds`.
-/// What is left free goes half to each side, and mostly to the sky above.
+/// What is left free goes half to each side, and above and below as the margins say.
 [[nodiscard]] DVec3 nearestStand(const FrameBounds& bounds, const Camera& lens, const FrameMargins& margins) noexcept;
 
 } // namespace espalier

@@ -3,6 +3,7 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Render/Bark.h>
+#include <Espalier/Render/Render.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
 #include <cmath>
@@ -26,6 +27,13 @@ constexpr Vec3 kEarth{0.205f, 0.182f, 0.122f};
 
 /// Radiance of what a blocked sky ray meets, per unit of its albedo: mostly wood in half shade.
 constexpr Vec3 kHalfShade{0.50f, 0.50f, 0.48f};
+
+// On paper light comes from everywhere, a little more of it from the sun's side so that what is round looks round. A
+// sheet that faces the camera looks about as bright as its albedo.
+constexpr float kSoft = 0.95f;
+constexpr float kSofter = 0.6f; ///< Less than kSoft: nothing is black.
+/// Share of the light from behind: all of it, as bright as that in front, would bleach leaves.
+constexpr float kPaperThrough = 0.5f;
 
 Vec3 mix(Vec3 a, Vec3 b, float t)
 {
@@ -75,19 +83,36 @@ RTCRay makeRay(Vec3 origin, Vec3 direction)
 
 } // namespace
 
-/// What light meets: a point of bark or ground.
+/// What light meets: a point of a plant or of the ground.
 struct PreviewScene::Surface
 {
     Vec3 start;      ///< Where rays to the lights begin: clear of the surface.
     Vec3 normal;     ///< Of the smooth, furrowed surface; unit.
     Vec3 faceNormal; ///< Of the flat triangle; unit.
     Vec3 albedo;
+    Vec3 through{0}; ///< Share of the light from behind that comes out here; 0 if it is opaque.
+    Vec3 behind{0};  ///< Where rays to the lights behind it begin.
+    Vec3 toViewer{0};
 };
 
-PreviewScene::PreviewScene(const TreeMesh& mesh, const BarkAppearance& bark, const Surroundings& surroundings)
-    : mesh_(mesh), bark_(bark), toSun_(surroundings.toSun), base_(surroundings.base),
-      size_(static_cast<float>(surroundings.size)), sunSlope_(static_cast<float>(math::tan(surroundings.sunRadius)))
+PreviewScene::PreviewScene(const TreeMesh& mesh, const Appearance& appearance, const Surroundings& surroundings)
+    : mesh_(mesh), toSun_(surroundings.toSun), base_(surroundings.base), size_(static_cast<float>(surroundings.size)),
+      sunSlope_(static_cast<float>(math::tan(surroundings.sunRadius))),
+      onPaper_(surroundings.backdrop == Backdrop::Paper)
 {
+    std::uint32_t covered = 0;
+    for (const MeshPart& part : mesh.parts)
+    {
+        if (part.firstIndex != covered)
+            break;
+        covered += part.indexCount;
+        const bool isTwoSided = part.material == MeshMaterial::Surface;
+        const Finish finish = isTwoSided ? Finish::TwoSided : part.colour == 0 ? Finish::Bark : Finish::Rind;
+        paints_.push_back({covered / 3, colourOf(part, appearance), finish});
+    }
+    paints_.push_back({std::numeric_limits<std::uint32_t>::max(), appearance.bark.colour, Finish::Bark});
+    halfShade_ = meanColour() * kHalfShade;
+
     completeFrame(toSun_, sunRight_, sunUp_);
     float largest = size_;
     for (const Vec3 p : mesh.positions)
@@ -126,6 +151,11 @@ PreviewScene::~PreviewScene()
         rtcReleaseDevice(device_);
 }
 
+Vec3 PreviewScene::paperLight()
+{
+    return {0.939f, 0.922f, 0.871f};
+}
+
 Vec3 PreviewScene::radiance(Vec3 origin, Vec3 direction, const LightSample& sample) const
 {
     RTCRayHit query{};
@@ -137,13 +167,15 @@ Vec3 PreviewScene::radiance(Vec3 origin, Vec3 direction, const LightSample& samp
     rtcIntersect1(scene_, &context, &query);
 
     // The ground is seen from above only: from below it would hide the tree.
-    const bool meetsGround = direction.y < 0 && origin.y > base_.y;
+    const bool meetsGround = !onPaper_ && direction.y < 0 && origin.y > base_.y;
     const float toGround = meetsGround ? (base_.y - origin.y) / direction.y : std::numeric_limits<float>::infinity();
     if (query.hit.geomID != RTC_INVALID_GEOMETRY_ID && query.ray.tfar < toGround)
     {
         const Vec3 faceNormal{query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
         return litColour(surfaceAt(query.hit.primID, query.hit.u, query.hit.v, faceNormal, direction), sample);
     }
+    if (onPaper_)
+        return paperLight();
     if (!meetsGround)
         return skyLight(direction);
 
@@ -153,7 +185,8 @@ Vec3 PreviewScene::radiance(Vec3 origin, Vec3 direction, const LightSample& samp
     if (!(haze < kNoGroundLeft))
         return kHorizon;
     constexpr Vec3 kUp{0, 1, 0};
-    const Surface surface{at + Vec3(0, offset_, 0), kUp, kUp, groundColour(at)};
+    const Surface surface{
+        .start = at + Vec3(0, offset_, 0), .normal = kUp, .faceNormal = kUp, .albedo = groundColour(at)};
     return mix(litColour(surface, sample), kHorizon, haze);
 }
 
@@ -164,12 +197,10 @@ PreviewScene::Surface PreviewScene::surfaceAt(unsigned triangle, float u, float 
     const Vec3 p0 = mesh_.positions[corner[0]];
     const Vec3 p1 = mesh_.positions[corner[1]];
     const Vec3 p2 = mesh_.positions[corner[2]];
+    const Paint& paint = paintOf(triangle);
     const Vec3 n0 = mesh_.normals[corner[0]];
     const Vec3 n1 = mesh_.normals[corner[1]];
     const Vec3 n2 = mesh_.normals[corner[2]];
-    const Vec2 t0 = mesh_.uvs[corner[0]];
-    const Vec2 t1 = mesh_.uvs[corner[1]] - t0;
-    const Vec2 t2 = mesh_.uvs[corner[2]] - t0;
     const float w = 1 - u - v;
     const Vec3 at = w * p0 + u * p1 + v * p2;
     Vec3 normal = w * n0 + u * n1 + v * n2;
@@ -183,9 +214,65 @@ PreviewScene::Surface PreviewScene::surfaceAt(unsigned triangle, float u, float 
     const auto bulge = [&](Vec3 p, Vec3 n) { return -std::min(0.0f, glm::dot(at - p, n)) * n; };
     surface.start = at + w * bulge(p0, n0) + u * bulge(p1, n1) + v * bulge(p2, n2);
 
+    surface.normal = normal;
+    if (paint.finish == Finish::TwoSided)
+        colourLeaf(paint, at, surface);
+    else
+        furrow(paint, triangle, {u, v}, at, surface);
+
+    const float facing = glm::dot(faceNormal, normal) < 0 ? -1.0f : 1.0f; // winding does not matter here
+    surface.faceNormal = facing * faceNormal;
+    if (glm::dot(surface.faceNormal, direction) > 0) // the inside of an open tube, the other side of a leaf
+    {
+        surface.faceNormal = -surface.faceNormal;
+        surface.normal = -surface.normal;
+        surface.start = at;
+    }
+    surface.behind = at - offset_ * surface.faceNormal;
+    surface.start += offset_ * surface.faceNormal;
+    surface.toViewer = -direction;
+    return surface;
+}
+
+const PreviewScene::Paint& PreviewScene::paintOf(std::uint32_t triangle) const
+{
+    const auto endsBefore = [](std::uint32_t wanted, const Paint& paint) { return wanted < paint.endTriangle; };
+    return *std::upper_bound(paints_.begin(), paints_.end() - 1, triangle, endsBefore);
+}
+
+/// By area.
+Vec3 PreviewScene::meanColour() const
+{
+    if (std::ranges::all_of(paints_, [](const Paint& paint) { return paint.finish == Finish::Bark; }))
+        return paints_.back().colour;
+    DVec3 sum(0);
+    double whole = std::numeric_limits<double>::min();
+    for (std::size_t i = 0; i + 2 < mesh_.indices.size(); i += 3)
+    {
+        const DVec3 p0(mesh_.positions[mesh_.indices[i]]);
+        const DVec3 p1(mesh_.positions[mesh_.indices[i + 1]]);
+        const DVec3 p2(mesh_.positions[mesh_.indices[i + 2]]);
+        const double area = glm::length(glm::cross(p1 - p0, p2 - p0));
+        sum += area * DVec3(paintOf(static_cast<std::uint32_t>(i / 3)).colour);
+        whole += area;
+    }
+    return Vec3(sum / whole);
+}
+
+/// Colours wood, and roughens its normal.
+void PreviewScene::furrow(const Paint& paint, std::uint32_t triangle, Vec2 hit, Vec3 at, Surface& surface) const
+{
+    const std::uint32_t* corner = mesh_.indices.data() + std::size_t{3} * triangle;
+    const Vec3 p0 = mesh_.positions[corner[0]];
+    const Vec3 p1 = mesh_.positions[corner[1]];
+    const Vec3 p2 = mesh_.positions[corner[2]];
+    const Vec2 t0 = mesh_.uvs[corner[0]];
+    const Vec2 t1 = mesh_.uvs[corner[1]] - t0;
+    const Vec2 t2 = mesh_.uvs[corner[2]] - t0;
+
     // How the texture lies on this triangle: metres per repeat, and the directions of u and v.
     float shade = 1;
-    Vec3 furrowed = normal;
+    Vec3 furrowed = surface.normal;
     const float area = t1.x * t2.y - t2.x * t1.y;
     if (std::abs(area) > std::numeric_limits<float>::min())
     {
@@ -194,7 +281,13 @@ PreviewScene::Surface PreviewScene::surfaceAt(unsigned triangle, float u, float 
         const Vec2 metresPerRepeat(glm::length(alongU), glm::length(alongV));
         if (metresPerRepeat.x > 0 && metresPerRepeat.y > 0)
         {
-            const BarkRelief relief = barkRelief(t0 + u * t1 + v * t2, metresPerRepeat);
+            BarkRelief relief = barkRelief(t0 + hit.x * t1 + hit.y * t2, metresPerRepeat);
+            if (paint.finish == Finish::Rind)
+            {
+                constexpr float kHint = 0.12f;
+                relief.shade = std::lerp(1.0f, relief.shade, kHint);
+                relief.slope = Vec2(0);
+            }
             shade = relief.shade;
             furrowed -= relief.slope.x / metresPerRepeat.x * alongU + relief.slope.y / metresPerRepeat.y * alongV;
             furrowed = glm::normalize(furrowed);
@@ -202,19 +295,25 @@ PreviewScene::Surface PreviewScene::surfaceAt(unsigned triangle, float u, float 
     }
     // Patches of weather and lichen, larger than any repeat of the texture, hide that it repeats.
     const float patch = smoothNoise({at.x * 2.3f + at.z * 0.9f, at.y * 1.4f - at.z * 1.1f}, 4096);
-    surface.albedo = glm::clamp(bark_.colour * shade * (0.86f + 0.28f * patch), Vec3(0), Vec3(0.95f));
-
-    const float facing = glm::dot(faceNormal, normal) < 0 ? -1.0f : 1.0f; // winding does not matter here
-    surface.faceNormal = facing * faceNormal;
+    surface.albedo = glm::clamp(paint.colour * shade * (0.86f + 0.28f * patch), Vec3(0), Vec3(0.95f));
     surface.normal = furrowed;
-    if (glm::dot(surface.faceNormal, direction) > 0) // the inside of an open tube
-    {
-        surface.faceNormal = -surface.faceNormal;
-        surface.normal = -surface.normal;
-        surface.start = at;
-    }
-    surface.start += offset_ * surface.faceNormal;
-    return surface;
+}
+
+void PreviewScene::colourLeaf(const Paint& paint, Vec3 at, Surface& surface) const
+{
+    // No two leaves are alike: some are lighter and yellower than their neighbours.
+    const Vec3 place = at / size_;
+    const float near = smoothNoise({(place.x + 0.3f * place.y) * 47 + 7, (place.y - 0.6f * place.z) * 47 + 3}, 4096);
+    const float far = smoothNoise({place.x * 9 + place.z * 4 + 5, place.y * 8 - place.z * 3 + 1}, 4096);
+    const Vec3 tint = mix({0.86f, 0.90f, 0.88f}, {1.16f, 1.08f, 0.98f}, 0.6f * near + 0.4f * far);
+    const Vec3 colour = glm::clamp(paint.colour * tint, Vec3(0), Vec3(0.95f));
+    // What comes through has passed more of the leaf, so its colour is purer. Both together never exceed the light.
+    const float brightest = std::max({colour.x, colour.y, colour.z, 1e-4f});
+    const auto purer = [&](float c) { return c * std::lerp(1.0f, std::sqrt(c / brightest), 0.6f); };
+    surface.albedo = colour * (1 - 0.45f * brightest);
+    surface.through = Vec3(purer(colour.x), purer(colour.y), purer(colour.z)) * (1.4f * (1 - 0.72f * brightest));
+    if (onPaper_)
+        surface.through *= kPaperThrough;
 }
 
 bool PreviewScene::isHidden(Vec3 origin, Vec3 direction) const
@@ -228,29 +327,65 @@ bool PreviewScene::isHidden(Vec3 origin, Vec3 direction) const
 
 Vec3 PreviewScene::litColour(const Surface& surface, const LightSample& sample) const
 {
-    Vec3 light(0); // what the surface reflects of it, per unit of albedo
-
     const Vec2 disc = sunSlope_ * onDisc(sample.sun);
     const Vec3 toSun = glm::normalize(toSun_ + disc.x * sunRight_ + disc.y * sunUp_);
+    if (surface.through != Vec3(0))
+        return leafLight(surface, toSun, sample.sky);
+
+    Vec3 light(0); // what the surface reflects of it, per unit of albedo
     const float sunCosine = glm::dot(surface.normal, toSun);
-    if (sunCosine > 0 && toSun.y > 0 && !isHidden(surface.start, toSun))
+    if (!onPaper_ && sunCosine > 0 && toSun.y > 0 && !isHidden(surface.start, toSun))
         light += kSun * (sunCosine / kPi);
 
     Vec3 toSky = cosineDirection(surface.normal, sample.sky);
     const float below = glm::dot(toSky, surface.faceNormal);
     if (below < 0) // a furrowed normal leans beyond the facet
         toSky -= 2 * below * surface.faceNormal;
-    if (isHidden(surface.start, toSky))
-        light += bark_.colour * kHalfShade;
-    else if (toSky.y >= 0 || surface.start.y <= base_.y)
-        light += skyLight(toSky);
-    else
-    {
-        const Vec3 ground = surface.start + (base_.y - surface.start.y) / toSky.y * toSky;
-        const Vec3 sunAndSky = kSun * (std::max(0.0f, toSun_.y) / kPi) + 0.5f * (kZenith + kHorizon);
-        light += mix(mix(kEarth, kMeadow, 0.5f) * sunAndSky, kHorizon, groundHaze(ground));
-    }
+    light += lightFrom(surface.start, toSky);
     return surface.albedo * light;
+}
+
+/// Light on a thin layer: from both sides, and a sheen of its wax.
+Vec3 PreviewScene::leafLight(const Surface& surface, Vec3 toSun, Vec2 random) const
+{
+    Vec3 result(0);
+    const float sunCosine = glm::dot(surface.normal, toSun);
+    const bool isLit = sunCosine > 0;
+    if (toSun.y > 0 && !isHidden(isLit ? surface.start : surface.behind, toSun))
+    {
+        result += (isLit ? surface.albedo : surface.through) * kSun * (std::abs(sunCosine) / kPi);
+        if (isLit)
+        {
+            constexpr float kSheen = 0.05f; // of the light, gathered round the mirror's direction (Blinn 1977)
+            const float h = std::max(0.0f, glm::dot(surface.normal, glm::normalize(toSun + surface.toViewer)));
+            const float h4 = h * h * h * h;
+            result += kSun * (kSheen * sunCosine * h4 * h4 * h4 * h4);
+        }
+    }
+    // One sky ray, to either side as often as that side counts.
+    constexpr float kFront = 0.6f;
+    const bool isFront = random.x < kFront;
+    random.x = isFront ? random.x / kFront : (random.x - kFront) / (1 - kFront);
+    Vec3 toSky = cosineDirection(isFront ? surface.normal : -surface.normal, random);
+    const float away = isFront ? glm::dot(toSky, surface.faceNormal) : -glm::dot(toSky, surface.faceNormal);
+    if (away < 0)
+        toSky -= 2 * glm::dot(toSky, surface.faceNormal) * surface.faceNormal;
+    const Vec3 sky = lightFrom(isFront ? surface.start : surface.behind, toSky);
+    return result + (isFront ? surface.albedo / kFront : surface.through / (1 - kFront)) * sky;
+}
+
+/// What comes from the sky, the ground or the plant itself in the half shade.
+Vec3 PreviewScene::lightFrom(Vec3 start, Vec3 direction) const
+{
+    if (isHidden(start, direction))
+        return halfShade_;
+    if (onPaper_)
+        return Vec3(kSoft + kSofter * glm::dot(direction, toSun_));
+    if (direction.y >= 0 || start.y <= base_.y)
+        return skyLight(direction);
+    const Vec3 ground = start + (base_.y - start.y) / direction.y * direction;
+    const Vec3 sunAndSky = kSun * (std::max(0.0f, toSun_.y) / kPi) + 0.5f * (kZenith + kHorizon);
+    return mix(mix(kEarth, kMeadow, 0.5f) * sunAndSky, kHorizon, groundHaze(ground));
 }
 
 Vec3 PreviewScene::skyLight(Vec3 direction) const

@@ -1,14 +1,17 @@
 #pragma once
 
 #include <Espalier/Core/Vector.h>
+#include <cstdint>
+#include <vector>
 
 struct RTCDeviceTy;
 struct RTCSceneTy;
 
 namespace espalier {
 
-struct BarkAppearance;
+struct Appearance;
 struct TreeMesh;
+enum class Backdrop : std::uint8_t;
 
 /// Where the sun stands, which air and which ground lie about a tree.
 struct Surroundings
@@ -17,6 +20,7 @@ struct Surroundings
     double sunRadius = 0.03; ///< Angular, radians.
     DVec3 base{0};           ///< Where the tree stands on the ground; the ground is y = base.y.
     double size = 1;         ///< About the height of the tree, metres: how far away the ground melts into the haze.
+    Backdrop backdrop{};     ///< On paper there is neither ground nor sun; the side towards the sun is the lighter one.
 };
 
 /// Random numbers of one light path, each in [0, 1).
@@ -26,15 +30,18 @@ struct LightSample
     Vec2 sky;
 };
 
-/// One tree on open ground under a clear sky, ready to be looked at. Immutable; `radiance` may be called from any
-/// number of threads. Mesh and bark must outlive it.
+/// One tree before its backdrop, ready to be looked at. Immutable; `radiance` may be called from any
+/// number of threads. The mesh must outlive it.
 class PreviewScene
 {
 public:
     /// Requires a sound mesh with at least one triangle.
-    PreviewScene(const TreeMesh& mesh, const BarkAppearance& bark, const Surroundings& surroundings);
+    PreviewScene(const TreeMesh& mesh, const Appearance& appearance, const Surroundings& surroundings);
     ~PreviewScene();
     PreviewScene(PreviewScene&&) = delete;
+
+    /// Linear light of blank paper.
+    static Vec3 paperLight();
 
     /// False if Embree refused, for want of memory.
     [[nodiscard]] bool isReady() const noexcept { return ready_; }
@@ -43,7 +50,26 @@ public:
     [[nodiscard]] Vec3 radiance(Vec3 origin, Vec3 direction, const LightSample& sample) const;
 
 private:
+    /// How a run of triangles is painted.
+    enum class Finish : std::uint8_t
+    {
+        Bark,     ///< Furrowed, in the bark's colour.
+        Rind,     ///< The smooth skin of coloured wood: furrows are hinted at.
+        TwoSided, ///< Leaves and berries: no furrows; light that comes from behind shines through.
+    };
+    struct Paint
+    {
+        std::uint32_t endTriangle;
+        Vec3 colour;
+        Finish finish;
+    };
     struct Surface;
+    [[nodiscard]] const Paint& paintOf(std::uint32_t triangle) const;
+    [[nodiscard]] Vec3 meanColour() const;
+    void furrow(const Paint& paint, std::uint32_t triangle, Vec2 hit, Vec3 at, Surface& surface) const;
+    void colourLeaf(const Paint& paint, Vec3 at, Surface& surface) const;
+    [[nodiscard]] Vec3 leafLight(const Surface& surface, Vec3 toSun, Vec2 random) const;
+    [[nodiscard]] Vec3 lightFrom(Vec3 start, Vec3 direction) const;
     [[nodiscard]] Surface surfaceAt(unsigned triangle, float u, float v, Vec3 faceNormal, Vec3 direction) const;
     [[nodiscard]] bool isHidden(Vec3 origin, Vec3 direction) const;
     [[nodiscard]] Vec3 litColour(const Surface& surface, const LightSample& sample) const;
@@ -52,7 +78,8 @@ private:
     [[nodiscard]] float groundHaze(Vec3 at) const;
 
     const TreeMesh& mesh_;
-    const BarkAppearance& bark_;
+    std::vector<Paint> paints_; ///< In the order of their triangles; the last is for all that are left.
+    Vec3 halfShade_;            ///< Radiance of what a blocked sky ray meets.
     Vec3 toSun_;
     Vec3 sunRight_;
     Vec3 sunUp_;
@@ -62,6 +89,7 @@ private:
     float offset_;   ///< Metres by which rays leave a surface.
     RTCDeviceTy* device_ = nullptr;
     RTCSceneTy* scene_ = nullptr;
+    bool onPaper_;
     bool ready_ = false;
 };
 

@@ -22,7 +22,8 @@ constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;
 constexpr std::uint32_t kMaxSubjects = 1024;
 constexpr std::uint32_t kMaxViews = 64;
 constexpr std::uint32_t kTileSize = 32;
-constexpr FrameMargins kMargins{.side = 0.92, .top = 0.93, .bottom = 0.86};
+constexpr FrameMargins kMeadowMargins{.side = 0.92, .top = 0.93, .bottom = 0.86};
+constexpr FrameMargins kPaperMargins{.side = 0.93, .top = 0.93, .bottom = 0.93, .freeBelow = 0.5};
 constexpr float kCoordinateLimit = 1e7f; // metres; beyond it floats are too coarse to trace
 
 /// One cell of a picture.
@@ -107,6 +108,9 @@ Expected<void> checkSubject(const RenderSubject& subject)
         return bad("a number in its mesh is not finite or beyond 10,000 km");
     if (!isFinite(subject.appearance->bark.colour))
         return bad("its bark has a colour that is not finite");
+    const auto& palette = subject.appearance->palette;
+    if (!std::all_of(palette.begin(), palette.end(), [](Vec3 colour) { return isFinite(colour); }))
+        return bad("its palette has a colour that is not finite");
     return {};
 }
 
@@ -133,6 +137,8 @@ void frameShots(std::span<Shot> shots, const RenderSettings& settings)
     lens.slopeY = math::tan(0.5 * static_cast<double>(settings.fieldOfView));
     lens.slopeX = lens.slopeY * settings.width / settings.height;
     double elevation = static_cast<double>(settings.cameraElevation);
+    const bool onPaper = settings.backdrop == Backdrop::Paper;
+    const FrameMargins& margins = onPaper ? kPaperMargins : kMeadowMargins;
     for (int lift = 0;; ++lift)
     {
         FrameBounds all;
@@ -140,21 +146,21 @@ void frameShots(std::span<Shot> shots, const RenderSettings& settings)
         {
             lens.axes = viewAxes(static_cast<double>(settings.cameraAzimuth) - shot.turn, elevation);
             shot.camera = lens;
-            shot.bounds = frameBounds(shot.subject->mesh->positions, {0, shot.ground, 0}, lens, kMargins);
+            shot.bounds = frameBounds(shot.subject->mesh->positions, {0, shot.ground, 0}, lens, margins);
             all = together(all, shot.bounds);
         }
         double missing = 0;
         for (Shot& shot : shots)
         {
-            const DVec3 stand = nearestStand(all, shot.camera, kMargins);
-            const double x = nearestStand(shot.bounds, shot.camera, kMargins).x;
+            const DVec3 stand = nearestStand(all, shot.camera, margins);
+            const double x = nearestStand(shot.bounds, shot.camera, margins).x;
             const double distance = std::max(-stand.z, 1e-3);
             const ViewAxes& axes = shot.camera.axes;
             const DVec3 fromBase = x * axes.right + stand.y * axes.up - distance * axes.forward;
             shot.camera.position = DVec3(0, shot.ground, 0) + fromBase;
             missing = std::max(missing, kEyeShare - fromBase.y / distance);
         }
-        if (missing <= 0 || lift == kMaxLifts)
+        if (missing <= 0 || onPaper || lift == kMaxLifts)
             return;
         elevation = std::min(elevation + std::max(missing, 1e-3), 1.5);
     }
@@ -214,15 +220,18 @@ double ditherAt(std::uint32_t x, std::uint32_t y)
     return (kOrder[y % 4][x % 4] + 0.5) / 16;
 }
 
-std::uint8_t srgbByte(float linear, double dither)
+std::uint8_t srgbByte(double linear, double dither)
+{
+    const double encoded = linear <= 0.0031308 ? 12.92 * linear : 1.055 * math::pow(linear, 1 / 2.4) - 0.055;
+    return static_cast<std::uint8_t>(std::min(encoded * 255 + dither, 255.0));
+}
+
+float filmicTone(float linear)
 {
     // The filmic curve by Narkowicz ("ACES Filmic Tone Mapping Curve", 2015): soft shoulder, slightly deepened shadows.
     constexpr float kExposure = 0.92f;
     const float x = kExposure * linear;
-    const float tone = std::clamp(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 0.0f, 1.0f);
-    const auto t = static_cast<double>(tone);
-    const double encoded = t <= 0.0031308 ? 12.92 * t : 1.055 * math::pow(t, 1 / 2.4) - 0.055;
-    return static_cast<std::uint8_t>(std::min(encoded * 255 + dither, 255.0));
+    return std::clamp(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 0.0f, 1.0f);
 }
 
 Vec3 pixelLight(const PreviewScene& scene, const Camera& camera, std::uint32_t x, std::uint32_t y,
@@ -258,8 +267,11 @@ void traceTile(const PreviewScene& scene, const Camera& camera, const RenderSett
         {
             const Vec3 light = pixelLight(scene, camera, x, y, settings);
             std::uint8_t* pixel = picture.rgb.data() + 3 * (std::size_t{y} * picture.width + x);
+            // Paper is of one colour, so it needs no pattern against bands, and stays white without a shoulder.
             for (int channel = 0; channel < 3; ++channel)
-                pixel[channel] = srgbByte(light[channel], ditherAt(x, y));
+                pixel[channel] = settings.backdrop == Backdrop::Paper
+                                     ? srgbByte(static_cast<double>(light[channel]), 0.5)
+                                     : srgbByte(static_cast<double>(filmicTone(light[channel])), ditherAt(x, y));
         }
 }
 
@@ -305,7 +317,8 @@ Surroundings surroundingsOf(const Shot& shot, const RenderSettings& settings)
     return {.toSun = -viewAxes(azimuth, static_cast<double>(settings.sunElevation)).forward,
             .sunRadius = static_cast<double>(settings.sunRadius),
             .base = base,
-            .size = 2 * distance * shot.camera.slopeY};
+            .size = 2 * distance * shot.camera.slopeY,
+            .backdrop = settings.backdrop};
 }
 
 Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSettings& settings,
@@ -323,7 +336,7 @@ Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSet
     std::vector<Picture> pictures;
     for (const Shot& shot : shots)
     {
-        const PreviewScene scene(*shot.subject->mesh, shot.subject->appearance->bark, surroundingsOf(shot, settings));
+        const PreviewScene scene(*shot.subject->mesh, *shot.subject->appearance, surroundingsOf(shot, settings));
         if (!scene.isReady())
             return failure(ErrorKind::Limit, {}, "the picture's scene does not fit into memory");
         Picture picture(settings.width, settings.height);

@@ -13,6 +13,13 @@ namespace espalier {
 struct TreeMesh;
 struct Appearance;
 
+/// Where a tree is shown.
+enum class Backdrop : std::uint8_t
+{
+    Meadow, ///< On open ground under a clear sky, in the sun.
+    Paper,  ///< As a figure in a book: on blank paper, in soft light from all around, without ground or shadow on it.
+};
+
 /// Light, camera and quality of a preview picture. Needs no GPU.
 struct RenderSettings
 {
@@ -27,6 +34,9 @@ struct RenderSettings
     /// ground: where it would sink in, it stands higher. [-1.5, 1.5]
     float cameraElevation = -0.09f;
     float fieldOfView = 0.45f; ///< Vertical, radians. [0.01, 1.5]
+    /// On paper the tree stands in the middle, the camera goes wherever it is put (0 looks level), and light is soft:
+    /// the sun's place only says which side is the lighter one.
+    Backdrop backdrop = Backdrop::Meadow;
     std::uint32_t threads = 0; ///< 0: one per processor. The picture does not depend on it. [0, 256]
 };
 
@@ -38,8 +48,8 @@ struct RenderSubject
     std::string label; ///< Written under it on strips and sheets; may be empty.
 };
 
-// All three frame the trees whole, to about nine tenths of the frame, standing on open ground (at y = 0, or at their
-// lowest point if that is lower) under a clear sky. They fail with BadInput for settings out of range and for a mesh
+// All three frame the trees whole, to about nine tenths of the frame. In the meadow they stand on the ground (at y = 0,
+// or at their lowest point if that is lower). They fail with BadInput for settings out of range and for a mesh
 // that is empty, not finite or inconsistent; with Limit if the picture would exceed 2^28 pixels; with Cancelled.
 // `progress` is called on the calling thread only. Equal input gives equal bytes on machines of one kind; Embree's ray
 // tests may round differently on another CPU. Safe to call concurrently.
