@@ -4,7 +4,7 @@
 #include <Espalier/Archetype/Archetype.h>
 #include <Espalier/Bake/Gltf.h>
 #include <Espalier/Inference/Inference.h>
-#include <Espalier/Mesh/TubeMesher.h>
+#include <Espalier/Mesh/TreeMesher.h>
 #include <Espalier/Overlap/Overlap.h>
 #include <Espalier/Species/Grow.h>
 #include <iostream>
@@ -46,11 +46,8 @@ int main(int argc, char** argv)
     // 4. Does it cut into itself?
     const OverlapReport overlaps = orExit(findOverlaps(skeleton));
 
-    // 5. Bark.
-    TubeScratch tubeScratch;
-    TreeMesh mesh;
-    if (meshTubes(skeleton, oak.appearance.bark, {}, {}, tubeScratch, mesh) != TubeResult::Ok)
-        return 1;
+    // 5. Bark, leaves and all. (In a game, the function of this name that takes a scratch.)
+    const TreeMesh mesh = orExit(meshTree(skeleton, oak.appearance));
 
     // 6. A file that every tool reads.
     orExit(writeGlb(output, mesh, oak.appearance, {oak.name, hashOf(oak), Seed{42}}));

@@ -1,5 +1,6 @@
 #include "Command.h"
 
+#include <Espalier/Core/File.h>
 #include <charconv>
 #include <cstdio>
 #include <unistd.h>
@@ -50,7 +51,9 @@ InputKind kindOf(const std::filesystem::path& path)
         return InputKind::Archetype;
     if (path.extension() == ".species")
         return InputKind::Species;
-    failUsage(path.string() + ": expected a file that ends in .archetype or .species");
+    if (path.extension() == ".lsys")
+        return InputKind::Grammar;
+    failUsage(path.string() + ": expected a file that ends in .archetype, .species or .lsys");
 }
 
 void TemplateFolders::addTo(CLI::App& verb)
@@ -80,6 +83,22 @@ Species loadSpeciesFile(const std::filesystem::path& path)
     if (path.extension() != ".species")
         failUsage(path.string() + ": expected a .species file; `espalier infer` makes one from an archetype");
     return orFail(loadSpecies(path));
+}
+
+Grammar loadGrammarFile(const std::filesystem::path& path)
+{
+    if (path.extension() != ".lsys")
+        failUsage(path.string() + ": expected a grammar in a file that ends in .lsys");
+    const Limits limits;
+    return orFail(parseGrammar(orFail(readTextFile(path, limits.fileBytes)), path.string(), limits));
+}
+
+void addIterations(CLI::App& verb, std::optional<std::uint32_t>& iterations)
+{
+    verb.add_option(
+            "-n,--iterations", iterations,
+            "Steps of the derivation; default: what the grammar says, else 0 for a G.lsys and all for a species")
+        ->check(CLI::Range(0u, 1'000'000u));
 }
 
 std::filesystem::path numberedPath(const std::filesystem::path& path, std::uint64_t seed, bool isRange)

@@ -4,6 +4,7 @@
 #include <Espalier/Archetype/Archetype.h>
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Progress.h>
+#include <Espalier/Grammar/Grammar.h>
 #include <Espalier/Species/Species.h>
 #include <cstdint>
 #include <filesystem>
@@ -42,16 +43,31 @@ T orFail(Expected<T> expected)
         return std::move(*expected);
 }
 
-/// The value, or the Failure that tells of its error in the species' file, whose grammar's line it names.
+/// What kind of file a verb was given, by its ending.
+enum class InputKind : std::uint8_t
+{
+    Archetype,
+    Species,
+    Grammar, ///< .lsys
+};
+
+[[nodiscard]] InputKind kindOf(const std::filesystem::path& path);
+
+/// The value, or the Failure that tells of its error in the file of a grammar, or in that of a species, whose grammar's
+/// line it names.
 template <class T>
 T orFailIn(const std::string& path, Expected<T> expected)
 {
     if (!expected && expected.error().where.file.empty())
     {
         Error& error = expected.error();
-        if (error.where.line > 0)
-            error.what = "line " + std::to_string(error.where.line) + " of the grammar: " + error.what;
-        error.where = {path, 0, 0};
+        error.where.file = path;
+        if (kindOf(path) != InputKind::Grammar)
+        {
+            if (error.where.line > 0)
+                error.what = "line " + std::to_string(error.where.line) + " of the grammar: " + error.what;
+            error.where = {path, 0, 0};
+        }
     }
     return orFail(std::move(expected));
 }
@@ -68,15 +84,6 @@ struct SeedRange
 
 [[nodiscard]] SeedRange parseSeeds(const std::string& text);
 
-/// What kind of file a verb was given, by its ending.
-enum class InputKind : std::uint8_t
-{
-    Archetype,
-    Species,
-};
-
-[[nodiscard]] InputKind kindOf(const std::filesystem::path& path);
-
 /// Options every verb that reads archetypes has.
 struct TemplateFolders
 {
@@ -88,12 +95,20 @@ struct TemplateFolders
 /// A species from a `.species` file.
 [[nodiscard]] Species loadSpeciesFile(const std::filesystem::path& path);
 
+/// A grammar from a `.lsys` file.
+[[nodiscard]] Grammar loadGrammarFile(const std::filesystem::path& path);
+
+/// `-n N`, the number of derivation steps.
+void addIterations(CLI::App& verb, std::optional<std::uint32_t>& iterations);
+
 /// `oak.glb` for a single seed, `oak-7.glb` for seed 7 of a range.
 [[nodiscard]] std::filesystem::path numberedPath(const std::filesystem::path& path, std::uint64_t seed, bool isRange);
 
 /// A progress bar on stderr if that is a terminal; nothing otherwise.
 [[nodiscard]] Progress terminalProgress();
 
+void addCheck(CLI::App& app);
+void addDerive(CLI::App& app);
 void addInfer(CLI::App& app);
 void addGrammar(CLI::App& app);
 void addGrow(CLI::App& app);

@@ -1,7 +1,6 @@
 #include "Command.h"
 
 #include <Espalier/Core/File.h>
-#include <Espalier/Grammar/Derivation.h>
 #include <Espalier/Species/Grow.h>
 #include <iostream>
 #include <memory>
@@ -26,23 +25,13 @@ void grammar(const GrammarOptions& options)
     }
     Limits limits;
     limits.productions = limits.inferredNodes;
+    limits.grammarParts = 2 * limits.inferredNodes;
     const std::string text = orFail(readTextFile(options.edited, limits.fileBytes));
     species.grammar = orFail(parseGrammar(text, options.edited, limits));
-    // Named here, where the grammar's own lines are known; saving would name the species file's.
-    if (auto program = GrammarProgram::make(species.grammar, species.tables); !program)
-    {
-        Error error = program.error();
-        error.where.file = options.edited;
-        fail(error);
-    }
-    // Weights that cannot be, such as a `let w = 7`, show when something grows.
+    // Named here, where the grammar's own lines are known; saving would name the species file's. Weights that cannot
+    // be, such as a `let w = 7`, show when something grows.
     GrowScratch scratch;
-    if (auto grown = orFail(Grower::make(species)).sample(Seed{1}, 0, {}, scratch); !grown)
-    {
-        Error error = grown.error();
-        error.where.file = options.edited;
-        fail(error);
-    }
+    orFailIn(options.edited, orFailIn(options.edited, Grower::make(species)).sample(Seed{1}, 0, {}, scratch));
     orFail(saveSpecies(options.species, species));
     std::cout << options.species << ": " << species.grammar.productions.size() << " productions\n";
 }

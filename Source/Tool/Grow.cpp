@@ -1,7 +1,6 @@
 #include "Input.h"
 
 #include <Espalier/Bake/Gltf.h>
-#include <Espalier/Species/Grow.h>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -15,6 +14,7 @@ struct GrowCommand
     std::string species;
     std::string seeds = "1";
     std::string output;
+    std::optional<std::uint32_t> iterations;
     bool json = false;
 };
 
@@ -23,21 +23,20 @@ void growTrees(const GrowCommand& command)
     if (std::filesystem::path(command.output).extension() != ".glb")
         failUsage("grow: " + command.output + ": expected an output that ends in .glb");
     const SeedRange range = parseSeeds(command.seeds);
-    const Species species = loadSpeciesFile(command.species);
-    const Grower grower = orFail(Grower::make(species));
+    SeededGrower grower(command.species, command.iterations);
+    const Species& species = grower.species();
     const Progress progress = terminalProgress();
     BakeInfo info{species.name, hashOf(species), {}};
-    GrowScratch growScratch;
-    TubeScratch tubeScratch;
+    MeshScratch meshScratch;
     Skeleton skeleton;
     TreeMesh mesh;
     nlohmann::ordered_json report = nlohmann::ordered_json::array();
     for (std::uint64_t i = 0; i < range.count(); ++i)
     {
         info.seed = Seed{range.first + i};
-        orFailIn(command.species, grower.grow(info.seed, {}, growScratch, skeleton));
-        meshOrFail(skeleton, species.appearance.bark, "seed " + std::to_string(info.seed.value), command.species,
-                   tubeScratch, mesh);
+        grower.grow(info.seed, skeleton);
+        meshOrFail(skeleton, species.appearance, "seed " + std::to_string(info.seed.value), command.species, {},
+                   meshScratch, mesh);
         const std::filesystem::path path = numberedPath(command.output, info.seed.value, range.isRange);
         orFail(writeGlb(path, mesh, species.appearance, info));
         progress("growing", static_cast<double>(i + 1) / static_cast<double>(range.count()));
@@ -60,11 +59,12 @@ void growTrees(const GrowCommand& command)
 void addGrow(CLI::App& app)
 {
     const auto command = std::make_shared<GrowCommand>();
-    CLI::App* verb = app.add_subcommand("grow", "Grow trees of a species and bake each to a GLB");
-    verb->add_option("species", command->species, "S.species")->required();
+    CLI::App* verb = app.add_subcommand("grow", "Grow trees of a species or a grammar and bake each to a GLB");
+    verb->add_option("species", command->species, "S.species or G.lsys")->required();
     verb->add_option("--seed", command->seeds, "A seed N, or a range A..B (writes out-A.glb ... out-B.glb)")
         ->capture_default_str();
     verb->add_option("-o,--output", command->output, "out.glb")->required();
+    addIterations(*verb, command->iterations);
     verb->add_flag("--json", command->json, "One JSON document with the files and their sizes");
     verb->callback([command] { growTrees(*command); });
 }

@@ -6,10 +6,31 @@
 
 namespace espalier::tool {
 
+SeededGrower::SeededGrower(std::string path, std::optional<std::uint32_t> iterations) : path_(std::move(path))
+{
+    if (kindOf(path_) == InputKind::Grammar)
+    {
+        species_.name = std::filesystem::path(path_).stem().string();
+        species_.grammar = loadGrammarFile(path_);
+        iterations = iterations.value_or(species_.grammar.iterations.value_or(0));
+    }
+    else
+        species_ = loadSpeciesFile(path_);
+    grower_ = orFailIn(path_, Grower::make(species_, iterations));
+}
+
+void SeededGrower::grow(Seed seed, Skeleton& skeleton)
+{
+    orFailIn(path_, grower_->grow(seed, {}, scratch_, skeleton));
+    if (kindOf(path_) == InputKind::Grammar && !skeleton.widthsGiven) // it has no pipe model of its own
+        completeAxes(skeleton, suggestPipes(skeleton));
+}
+
 void PlantInput::addTo(CLI::App& verb)
 {
-    verb.add_option("input", path, "A.archetype or S.species")->required();
-    verb.add_option("--seed", seeds, "Of a species: a seed N, or a range A..B")->capture_default_str();
+    verb.add_option("input", path, "A.archetype, S.species or G.lsys")->required();
+    verb.add_option("--seed", seeds, "Of a species or grammar: a seed N, or a range A..B")->capture_default_str();
+    addIterations(verb, iterations);
     templates.addTo(verb);
 }
 
@@ -23,15 +44,18 @@ Appearance PlantInput::appearance() const
     if (kindOf(path) == InputKind::Species)
         return loadSpeciesFile(path).appearance;
     Appearance appearance;
-    appearance.pipes = suggestPipes(orFail(drawArchetype(templates.load(path))));
+    if (kindOf(path) == InputKind::Archetype)
+        appearance.pipes = suggestPipes(orFail(drawArchetype(templates.load(path))));
     return appearance;
 }
 
-void PlantInput::eachPlant(const std::function<void(const Plant&)>& use) const
+void PlantInput::eachPlant(const std::function<void(Plant&)>& use) const
 {
     Plant plant;
     if (kindOf(path) == InputKind::Archetype)
     {
+        if (iterations)
+            failUsage(path + ": an archetype is drawn, not derived; expected no -n");
         const Archetype archetype = templates.load(path);
         const ArchetypeDrawer drawer(archetype);
         const std::size_t trees = drawer.trees();
@@ -45,37 +69,23 @@ void PlantInput::eachPlant(const std::function<void(const Plant&)>& use) const
         return;
     }
     const SeedRange range = parseSeeds(seeds);
-    const Grower grower = orFail(Grower::make(loadSpeciesFile(path)));
-    GrowScratch scratch;
+    SeededGrower grower(path, iterations);
     for (std::uint64_t i = 0; i < range.count(); ++i)
     {
         plant.seed = range.first + i;
         plant.label = "seed " + std::to_string(*plant.seed);
-        orFailIn(path, grower.grow(Seed{*plant.seed}, {}, scratch, plant.skeleton));
+        grower.grow(Seed{*plant.seed}, plant.skeleton);
         use(plant);
     }
 }
 
-void meshOrFail(const Skeleton& skeleton, const BarkAppearance& bark, const std::string& label, const std::string& path,
-                TubeScratch& scratch, TreeMesh& mesh)
+void meshOrFail(const Skeleton& skeleton, const Appearance& appearance, const std::string& label,
+                const std::string& path, const MeshSettings& settings, MeshScratch& scratch, TreeMesh& mesh)
 {
     mesh.clear();
-    const auto reason = [](TubeResult result) -> std::string_view {
-        switch (result)
-        {
-        case TubeResult::Ok:
-            return {};
-        case TubeResult::EmptySkeleton:
-            return "it has no segments";
-        case TubeResult::UnsoundSkeleton:
-            return "a number in it is not finite or too large";
-        case TubeResult::TooManyVertices:
-            return "it would exceed the limit vertices";
-        }
-        return {};
-    }(meshTubes(skeleton, bark, {}, {}, scratch, mesh));
-    if (!reason.empty())
-        fail({ErrorKind::BadInput, label + " gives no mesh: " + std::string(reason), {}, {}, {path, 0, 0}});
+    const MeshResult result = meshTree(skeleton, appearance, settings, {}, scratch, mesh);
+    if (result != MeshResult::Ok)
+        fail({ErrorKind::BadInput, label + " gives no mesh: " + std::string(reasonOf(result)), {}, {}, {path, 0, 0}});
 }
 
 } // namespace espalier::tool

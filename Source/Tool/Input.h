@@ -2,9 +2,10 @@
 
 #include "Command.h"
 
-#include <Espalier/Mesh/TubeMesher.h>
+#include <Espalier/Mesh/TreeMesher.h>
 #include <Espalier/Plant/Skeleton.h>
 #include <Espalier/Species/Appearance.h>
+#include <Espalier/Species/Grow.h>
 #include <functional>
 
 namespace espalier::tool {
@@ -17,17 +18,38 @@ struct Plant
     Skeleton skeleton; ///< With axes and radii.
 };
 
-/// What a verb reads: an archetype or a species with seeds.
+/// Grows the plants of a species or of a grammar by itself, which is derived by `iterations` steps, else `iterations:`,
+/// else none.
+class SeededGrower
+{
+public:
+    /// Fails with the reason if the file does not name what can grow.
+    SeededGrower(std::string path, std::optional<std::uint32_t> iterations);
+
+    /// A grammar alone is a species named like its file.
+    [[nodiscard]] const Species& species() const { return species_; }
+    /// With axes and radii: where neither the grammar nor a species says otherwise, such as suit the plant.
+    void grow(Seed seed, Skeleton& skeleton);
+
+private:
+    std::string path_;
+    Species species_;
+    std::optional<Grower> grower_;
+    GrowScratch scratch_;
+};
+
+/// What a verb reads: an archetype, or a species or grammar with seeds.
 struct PlantInput
 {
     std::string path;
     std::string seeds = "1";
     TemplateFolders templates;
+    std::optional<std::uint32_t> iterations = {}; ///< Of a grammar.
 
     void addTo(CLI::App& verb);
 
-    /// Calls `use` for each plant in turn; the plant's memory is reused.
-    void eachPlant(const std::function<void(const Plant&)>& use) const;
+    /// Calls `use` for each plant in turn, which it may change; the plant's memory is reused.
+    void eachPlant(const std::function<void(Plant&)>& use) const;
 
     /// True if there is more than one plant to report on, or a range was asked for.
     [[nodiscard]] bool isArray() const;
@@ -36,8 +58,8 @@ struct PlantInput
     [[nodiscard]] Appearance appearance() const;
 };
 
-/// Replaces `mesh` by the tubes of `skeleton`, or fails with the reason. `label` and `path` tell whose they are.
-void meshOrFail(const Skeleton& skeleton, const BarkAppearance& bark, const std::string& label, const std::string& path,
-                TubeScratch& scratch, TreeMesh& mesh);
+/// Replaces `mesh` by that of `skeleton`, or fails with the reason. `label` and `path` tell whose it is.
+void meshOrFail(const Skeleton& skeleton, const Appearance& appearance, const std::string& label,
+                const std::string& path, const MeshSettings& settings, MeshScratch& scratch, TreeMesh& mesh);
 
 } // namespace espalier::tool

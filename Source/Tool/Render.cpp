@@ -2,8 +2,10 @@
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
+#include <Espalier/Render/LineDrawing.h>
 #include <Espalier/Render/Render.h>
 #include <algorithm>
+#include <charconv>
 #include <iostream>
 #include <memory>
 
@@ -11,12 +13,38 @@ namespace espalier::tool {
 
 namespace {
 
+/// `-n N` or `-n A..B`; nothing: what the grammar says.
+std::vector<std::optional<std::uint32_t>> parseSteps(const std::optional<std::string>& given)
+{
+    if (!given)
+        return {std::nullopt};
+    const std::string& text = *given;
+    const auto number = [&](std::string_view digits) {
+        constexpr std::uint32_t kMost = 1'000'000;
+        std::uint32_t value = 0;
+        const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        if (read.ec != std::errc{} || read.ptr != digits.data() + digits.size() || value > kMost)
+            failUsage("-n " + text + ": expected a number from 0 to 1000000, or a range such as 0..7");
+        return value;
+    };
+    const std::size_t dots = text.find("..");
+    const std::uint32_t first = number(std::string_view(text).substr(0, dots));
+    const std::uint32_t last = dots == std::string::npos ? first : number(std::string_view(text).substr(dots + 2));
+    if (last < first || last - first >= 256)
+        failUsage("-n " + text + ": expected the lower number first, and at most 256 numbers");
+    std::vector<std::optional<std::uint32_t>> steps;
+    for (std::uint32_t step = first; step <= last; ++step)
+        steps.emplace_back(step);
+    return steps;
+}
+
 struct RenderCommand
 {
     std::vector<std::string> inputs;
     std::string seeds = "1";
     TemplateFolders templates;
     std::string output;
+    std::optional<std::string> iterations;
     bool sheet = false;
     std::uint32_t turntable = 0;
     std::uint32_t columns = 4;
@@ -24,7 +52,9 @@ struct RenderCommand
     std::uint32_t height = 0;
     std::uint32_t samples = 64;
     double azimuthDegrees = 0;
-    double elevationDegrees = -5;
+    std::optional<double> elevationDegrees;
+    double linePixels = 0;
+    bool paper = false;
 };
 
 /// The meshes of all plants to be shown; subjects point into them.
@@ -33,18 +63,29 @@ struct Gallery
     std::vector<std::unique_ptr<TreeMesh>> meshes;
     std::vector<std::unique_ptr<Appearance>> appearances;
     std::vector<RenderSubject> subjects;
-    TubeScratch scratch;
+    MeshScratch scratch;
 
     /// `name` stands before the labels of what it names; empty: they speak for themselves.
-    void add(const PlantInput& input, const std::string& name)
+    void add(const PlantInput& input, const std::string& name, const RenderCommand& command,
+             const RenderSettings& settings, bool labelSteps)
     {
+        MeshSettings meshSettings;
+        if (command.linePixels > 0)
+            meshSettings.tubes = lineTubes();
         appearances.push_back(std::make_unique<Appearance>(input.appearance()));
+        if (command.paper && command.linePixels > 0)
+            dipInInk(*appearances.back());
         const Appearance* shown = appearances.back().get();
-        input.eachPlant([&](const Plant& plant) {
+        input.eachPlant([&](Plant& plant) {
+            if (command.linePixels > 0)
+                divideIntoStrokes(plant.skeleton);
+            thickenLines(plant.skeleton, static_cast<float>(command.linePixels), settings);
             auto mesh = std::make_unique<TreeMesh>();
-            meshOrFail(plant.skeleton, shown->bark, plant.label, input.path, scratch, *mesh);
+            meshOrFail(plant.skeleton, *shown, plant.label, input.path, meshSettings, scratch, *mesh);
             const bool isDrawn = !plant.seed;
-            const std::string label = name.empty() ? plant.label : isDrawn ? name : name + ' ' + plant.label;
+            std::string label = name.empty() ? plant.label : isDrawn ? name : name + ' ' + plant.label;
+            if (labelSteps && input.iterations)
+                label = (name.empty() ? "" : name + ' ') + "n = " + std::to_string(*input.iterations);
             subjects.push_back({mesh.get(), shown, label});
             meshes.push_back(std::move(mesh));
         });
@@ -65,19 +106,11 @@ void render(const RenderCommand& command)
         failUsage("render: " + command.output + ": expected an output that ends in .png");
     if (command.sheet && command.turntable > 0)
         failUsage("render: expected --sheet or --turntable, not both");
+    const auto steps = parseSteps(command.iterations);
     if (parseSeeds(command.seeds).count() > 256)
         failUsage("render: expected at most 256 seeds");
-
-    // Two inputs of one kind need names; a drawn tree and its species do not.
-    const auto kinds = [&](InputKind kind) {
-        return std::ranges::count(command.inputs, kind, [](const std::string& path) { return kindOf(path); });
-    };
-    const bool needNames = kinds(InputKind::Archetype) > 1 || kinds(InputKind::Species) > 1;
-    Gallery gallery;
-    for (const std::string& path : command.inputs)
-        gallery.add({path, command.seeds, command.templates}, needNames ? nameOf(path) : "");
-    if (gallery.subjects.size() > 1 && !command.sheet)
-        failUsage("render: several trees need --sheet; expected that, or one tree");
+    if (steps.size() > 1 && parseSeeds(command.seeds).count() > 1)
+        failUsage("render: expected several seeds or several steps -n, not both");
 
     RenderSettings settings;
     const bool many = command.sheet || command.turntable > 0;
@@ -85,7 +118,27 @@ void render(const RenderCommand& command)
     settings.height = command.height > 0 ? command.height : many ? 560 : 1000;
     settings.samplesPerPixel = command.samples;
     settings.cameraAzimuth = static_cast<float>(command.azimuthDegrees * math::kRadiansPerDegree);
-    settings.cameraElevation = static_cast<float>(command.elevationDegrees * math::kRadiansPerDegree);
+    settings.cameraElevation =
+        static_cast<float>(command.elevationDegrees.value_or(command.paper ? 0 : -5) * math::kRadiansPerDegree);
+    if (command.paper)
+    {
+        settings.backdrop = Backdrop::Paper;
+        settings.fieldOfView = 0.1f; // from afar, as drawings are: a long row is not seen at a slant at its ends
+    }
+
+    // Two inputs of one kind need names; a drawn tree and its species do not.
+    const auto kinds = [&](InputKind kind) {
+        return std::ranges::count(command.inputs, kind, [](const std::string& path) { return kindOf(path); });
+    };
+    const bool needNames = kinds(InputKind::Archetype) > 1 || kinds(InputKind::Species) + kinds(InputKind::Grammar) > 1;
+    Gallery gallery;
+    for (const std::string& path : command.inputs)
+        for (const std::optional<std::uint32_t>& step : kindOf(path) == InputKind::Archetype ? parseSteps({}) : steps)
+            gallery.add({path, command.seeds, command.templates, step}, needNames ? nameOf(path) : "", command,
+                        settings, steps.size() > 1);
+    if (gallery.subjects.size() > 1 && !command.sheet)
+        failUsage("render: several trees need --sheet; expected that, or one tree");
+
     const Progress progress = terminalProgress();
     const Picture picture =
         command.sheet           ? orFail(renderContactSheet(gallery.subjects, command.columns, settings, progress))
@@ -100,13 +153,17 @@ void render(const RenderCommand& command)
 void addRender(CLI::App& app)
 {
     const auto command = std::make_shared<RenderCommand>();
-    CLI::App* verb = app.add_subcommand("render", "Make a picture of an archetype or of trees of a species");
+    CLI::App* verb =
+        app.add_subcommand("render", "Make a picture of an archetype, or of plants of a species or grammar");
     verb->add_option("inputs", command->inputs,
-                     "A.archetype or S.species; several on a sheet, such as a drawn tree and its species")
+                     "A.archetype, S.species or G.lsys; several on a sheet, such as a drawn tree and its species")
         ->required();
-    verb->add_option("--seed", command->seeds, "Of a species: a seed N, or a range A..B on a sheet")
+    verb->add_option("--seed", command->seeds, "Of a species or grammar: a seed N, or a range A..B on a sheet")
         ->capture_default_str();
     verb->add_option("-o,--output", command->output, "out.png")->required();
+    verb->add_option(
+        "-n,--iterations", command->iterations,
+        "Of a grammar: steps N of the derivation, or a range A..B on a sheet; default: what it says, else 0");
     verb->add_flag("--sheet", command->sheet, "A contact sheet: all trees at one scale, labelled");
     verb->add_option("--turntable", command->turntable, "A strip of N views from all sides")
         ->check(CLI::Range(2u, 64u));
@@ -120,9 +177,12 @@ void addRender(CLI::App& app)
         ->capture_default_str();
     verb->add_option("--azimuth", command->azimuthDegrees, "Degrees round the tree at which the camera stands")
         ->check(CLI::Range(-360.0, 360.0));
-    verb->add_option("--elevation", command->elevationDegrees, "Degrees above the horizon")
-        ->check(CLI::Range(-80.0, 80.0))
-        ->capture_default_str();
+    verb->add_option("--elevation", command->elevationDegrees, "Degrees above the horizon (-5; with --paper 0)")
+        ->check(CLI::Range(-80.0, 80.0));
+    verb->add_flag("--paper", command->paper, "As a figure in a book: on blank paper, lit softly; with --lines in ink");
+    verb->add_option("--lines", command->linePixels,
+                     "As a line drawing, for curves that are no trees: sharp corners, no line thinner than N pixels")
+        ->check(CLI::Range(0.0, 100.0));
     command->templates.addTo(*verb);
     verb->callback([command] { render(*command); });
 }
