@@ -61,6 +61,15 @@ expect "picture" 0 "p.png" "$espalier" render Thesis.species --seed 3 --samples 
 expect "contact sheet" 0 "s.png" "$espalier" render "$content/Thesis.archetype" Thesis.species --seed 1..3 --sheet \
     --samples 1 --width 64 --height 64 -o s.png
 
+koch=$content/Grammars/KochCurve.lsys
+expect "a figure on paper" 0 "k.png" "$espalier" render "$koch" --paper --lines 1 --samples 1 --width 64 --height 64 -o k.png
+expect "step by step" 0 "k.png: 200 x 79" "$espalier" render "$koch" --paper --lines 1 -n 0..2 --sheet --samples 1 --width 64 \
+    --height 64 -o k.png
+expect "several steps need a sheet" 2 "need --sheet" "$espalier" render "$koch" -n 0..2 -o k.png
+expect "steps backwards" 2 "the lower number first" "$espalier" render "$koch" -n 2..0 --sheet -o k.png
+expect "steps that are no number" 2 "a range such as 0..7" "$espalier" render "$koch" -n two -o k.png
+expect "steps and seeds" 2 "not both" "$espalier" render "$koch" -n 0..2 --seed 1..2 --sheet -o k.png
+
 # The first tree that Samples/README.md draws has relatives.
 "$espalier" infer "$repository/Samples/FirstTree/first.archetype" -o first.species 2> first.note
 [ -s first.species ] && [ ! -s first.note ] || { printf 'FAILED the first tree: %s\n' "$(cat first.note)"; failures=$((failures + 1)); }
@@ -77,7 +86,64 @@ sed -i 's/^let w = .*/let w = /' edited.lsys
 expect "a broken grammar names its line" 3 "edited.lsys:" "$espalier" grammar Thesis.species --set edited.lsys
 same "a broken grammar changes nothing" Thesis.species before.species
 
+# Grammars by themselves.
+cat > plant.lsys << 'EOF'
+angle: 25
+iterations: 3
+axiom: X
+X -> F+[[X]-X]-F[-FX]+X
+F -> FF
+EOF
+cat > shoot.lsys << 'EOF'
+axiom: A(1)
+A(x) -> F(x/3) [+A(x*0.7)] : 2
+A(x) -> F(x) : 1
+EOF
+expect "a word" 0 'F+[[X]-X]-F[-FX]+X' "$espalier" derive plant.lsys -n 1
+expect "the grammar's own iterations" 0 '"iterations":3,"seed":1,"length":379' "$espalier" derive plant.lsys --json --no-word
+expect "parameters have 6 digits" 0 '"word":"F(0.333333)[+A(0.7)]"' "$espalier" derive shoot.lsys -n 1 --json --seed 1
+expect "a range of seeds is an array" 0 '[{"iterations":2,"seed":4,' "$espalier" derive shoot.lsys -n 2 --seed 4..5 --json
+"$espalier" derive shoot.lsys -n 9 --seed 12 > first.word
+"$espalier" derive shoot.lsys -n 9 --seed 12 > second.word
+same "one seed, the same word" first.word second.word
+expect "facts of a grammar's plant" 0 '"segments": 97920' "$espalier" measure plant.lsys -n 8 --json
+expect "overlaps of a grammar's plant" 0 '"count"' "$espalier" overlap plant.lsys -n 3 --json
+expect "a grammar grows" 0 "lsys-2.glb" "$espalier" grow plant.lsys --seed 1..2 -o lsys.glb
+expect "picture of a grammar" 0 "l.png" "$espalier" render plant.lsys -n 4 --samples 1 --width 64 --height 64 -o l.png
+expect "check tells the growth" 0 "by a factor of 4 a step" "$espalier" check plant.lsys
+expect "check tells the size" 0 "modules after 8 steps: 403751" "$espalier" check plant.lsys -n 8
+expect "check tells the segments" 0 "segments: 97920" "$espalier" check plant.lsys -n 8
+expect "check tells what fits" 0 '"safeIterations": 9' "$espalier" check plant.lsys --json
+printf 'axiom: A\nA -> F A\nA -> G\nB -> F\n' > useless.lsys
+expect "check names what cannot be taken" 0 'useless.lsys:3:1: note: the production `A -> G` can never be taken: the production of line 2' "$espalier" check useless.lsys
+expect "check names what cannot be reached" 0 'useless.lsys:4:1: note: the symbol `B` cannot be reached' "$espalier" check useless.lsys
+
+# What a grammar gets wrong has its place; what would explode is refused at once.
+printf 'axiom: A(1)\nA(x) -> F(1/(x-1))\n' > divide.lsys
+printf 'axiom: A\nA -> AA\n' > explode.lsys
+printf 'axiom: A\nA(x) -> F(y)\nB = 3\n< A -> F\nignore: +\nA > + -> F\n' > wrong.lsys
+{ printf 'axiom: '; head -c 1000000 /dev/zero | tr '\0' '['; } > brackets.lsys
+{ printf 'axiom: '; head -c 1000000 /dev/zero | tr '\0' 'F'; printf '\n'; } > long.lsys
+{ printf 'axiom: A\n'; for ((i = 0; i < 100000; ++i)); do printf 'A -> F\n'; done; } > many.lsys
+expect "division by zero" 3 "divide.lsys:2:11: " "$espalier" derive divide.lsys -n 1
+expect "division by zero, drawn" 3 "divide.lsys:2:11: " "$espalier" measure divide.lsys -n 1
+for verb in derive measure "render -o no.png" "grow -o no.glb" overlap; do
+    # shellcheck disable=SC2086
+    expect "$verb refuses what explodes" 3 "explode.lsys:1:8: step 23 makes a word of 8388608 modules; expected at most 4194304" \
+        timeout 1 "$espalier" ${verb%% *} explode.lsys -n 64 $([ "$verb" = "${verb#* }" ] || echo "${verb#* }")
+done
+for place in "wrong.lsys:2:11: " "wrong.lsys:3:" "wrong.lsys:4:" "wrong.lsys:6:5: "; do
+    expect "all mistakes at once" 3 "$place" "$espalier" check wrong.lsys
+done
+expect "a million brackets" 3 "the limit bracketDepth" timeout 10 "$espalier" check brackets.lsys
+expect "a line of a megabyte" 3 "the limit templateModules" timeout 10 "$espalier" derive long.lsys
+expect "100,000 productions" 3 "many.lsys:4098:1: more than 4096 productions" timeout 10 "$espalier" check many.lsys
+expect "a grammar for a species" 2 ".species" "$espalier" grammar plant.lsys
+
 # Wrong usage is 2.
+expect "steps of a drawn tree" 2 "expected no -n" "$espalier" measure "$content/Thesis.archetype" -n 3
+expect "steps below none" 2 "iterations" "$espalier" derive plant.lsys -n -1
+expect "derive wants a grammar" 2 ".lsys" "$espalier" derive Thesis.species
 expect "no verb" 2 "" "$espalier"
 expect "unknown verb" 2 "no verb prune" "$espalier" prune
 expect "a species ends in .species" 2 ".species" "$espalier" infer "$content/Thesis.archetype" -o x.txt

@@ -15,7 +15,7 @@ void meshTree(benchmark::State& state, const std::string& name)
     for (auto _ : state)
     {
         mesh.clear();
-        if (meshTubes(skeleton, bark, {}, {}, scratch, mesh) != TubeResult::Ok)
+        if (meshTubes(skeleton, bark, {}, {}, scratch, mesh) != MeshResult::Ok)
             state.SkipWithError("not meshed");
         benchmark::DoNotOptimize(mesh.positions.data());
     }

@@ -60,7 +60,7 @@ inline const TreeMesh& mesh(const std::string& name)
         return found->second;
     TubeScratch scratch;
     TreeMesh& made = known[name];
-    if (meshTubes(skeleton(name), species(name).appearance.bark, {}, {}, scratch, made) != TubeResult::Ok)
+    if (meshTubes(skeleton(name), species(name).appearance.bark, {}, {}, scratch, made) != MeshResult::Ok)
         std::fprintf(stderr, "%s has no mesh\n", name.c_str());
     return made;
 }

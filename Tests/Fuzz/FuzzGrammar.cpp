@@ -1,8 +1,13 @@
-// Reads `.lsys` texts. What is read prints to a text that reads back the same, and derives within its budget.
+// Reads `.lsys` texts. What is read prints to a text that reads back the same, keeps its forecast, derives within its
+// limits, the same by every way, and is drawn to a sound skeleton or an error.
 
 #include "Fuzzing.h"
 
 #include <Espalier/Grammar/Derivation.h>
+#include <Espalier/Grammar/Forecast.h>
+#include <Espalier/Grammar/Inspection.h>
+#include <Espalier/Plant/Skeleton.h>
+#include <Espalier/Turtle/Turtle.h>
 #include <algorithm>
 
 using namespace espalier;
@@ -23,17 +28,69 @@ std::vector<TransformTable> tablesFor(const Grammar& grammar)
 class Counter final : public DerivationSink
 {
 public:
-    std::uint64_t modules = 0;
+    std::uint64_t count = 0;
     std::int64_t open = 0;
 
-    bool module(SymbolId, std::span<const double>) override
+    bool modules(std::span<const LetterId> letters, std::span<const double>) override
     {
-        ++modules;
+        count += letters.size();
         return true;
     }
     void beginInstance(std::uint32_t, std::uint32_t) override { ++open; }
     void endInstance() override { --open; }
 };
+
+class Collector final : public DerivationSink
+{
+public:
+    Word word;
+
+    bool modules(std::span<const LetterId> letters, std::span<const double> arguments) override
+    {
+        word.letters.insert(word.letters.end(), letters.begin(), letters.end());
+        word.arguments.insert(word.arguments.end(), arguments.begin(), arguments.end());
+        return true;
+    }
+};
+
+void deriveBySteps(const GrammarProgram& program, std::uint32_t steps)
+{
+    Limits limits;
+    limits.modules = 20000;
+    limits.derivationWork = 200000;
+    limits.nodes = 5000;
+    limits.vertices = 5000;
+    const RandomKey key{Seed{1}};
+    const Forecast price = forecast(program, steps, limits.modules);
+    DerivationScratch scratch;
+    Word word;
+    const auto done = deriveWord(program, key, steps, limits, scratch, word);
+    if (!done)
+        return;
+    const auto length = static_cast<double>(word.letters.size());
+    if (price.steps.size() == steps + 1)
+        fuzzing::promise(price.steps.back().least <= length && length <= price.steps.back().most,
+                         "a word is as long as forecast");
+    fuzzing::promise(!price.isExact || price.steps.size() <= steps || price.steps.back().least == length,
+                     "an exact forecast is exact");
+    Collector drawn;
+    if (program.isContextFree())
+    {
+        Collector streamed;
+        const auto plain = streamWord(program, key, steps, Interpretation::None, limits, scratch, streamed);
+        fuzzing::promise(!plain || streamed.word == word, "a stream gives the word");
+        if (!streamWord(program, key, steps, Interpretation::Apply, limits, scratch, drawn))
+            return;
+    }
+    else if (!emitWord(program, steps, Interpretation::Apply, limits, scratch, word, drawn))
+        return;
+    const TurtleAlphabet alphabet(program);
+    TurtleScratch turtleScratch;
+    Skeleton skeleton;
+    Turtle turtle(turtleSettings(program.grammar()), limits, turtleScratch, skeleton);
+    (void)turtle.apply(alphabet, drawn.word.letters, drawn.word.arguments);
+    fuzzing::promise(turtle.finish() ? isSound(skeleton) : skeleton.empty(), "what is drawn is sound");
+}
 
 } // namespace
 
@@ -50,11 +107,16 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const auto program = GrammarProgram::make(*grammar, tablesFor(*grammar));
     if (!program)
         return 0;
+    (void)inspect(*program);
+    for (const std::uint32_t steps : {0u, 1u, 3u, std::min(grammar->iterations.value_or(6), 40u)})
+        deriveBySteps(*program, steps);
+    if (!program->isContextFree())
+        return 0;
     constexpr DerivationBudget kBudget{.productions = 2000, .depth = 40, .modules = 20000};
     DerivationScratch scratch;
     Counter counter;
-    if (const auto done = derive(*program, RandomKey(Seed{1}), kBudget, scratch, counter); done)
+    if (const auto done = deriveToEnd(*program, RandomKey(Seed{1}), kBudget, scratch, counter); done)
         fuzzing::promise(counter.open == 0, "every instance that begins ends");
-    fuzzing::promise(counter.modules <= 2 * std::uint64_t{kBudget.modules}, "a derivation keeps its budget");
+    fuzzing::promise(counter.count <= 2 * std::uint64_t{kBudget.modules}, "a derivation keeps its budget");
     return 0;
 }

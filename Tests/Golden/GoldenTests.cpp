@@ -73,7 +73,7 @@ Expected<std::vector<std::string>> reproduce(const Scene& scene)
         if (auto done = grower->grow(Seed{seed}, {}, growScratch, skeleton); !done)
             return tl::make_unexpected(done.error());
         TreeMesh mesh;
-        if (meshTubes(skeleton, species->appearance.bark, {}, {}, tubeScratch, mesh) != TubeResult::Ok)
+        if (meshTubes(skeleton, species->appearance.bark, {}, {}, tubeScratch, mesh) != MeshResult::Ok)
             return failure(ErrorKind::BadInput, {}, "seed " + std::to_string(seed) + " has no mesh");
         lines.push_back("seed " + std::to_string(seed) + " skeleton " + hex(hashOf(skeleton)) + " mesh " +
                         hex(hashOf(mesh)));

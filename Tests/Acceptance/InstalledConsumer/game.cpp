@@ -33,7 +33,7 @@ int main(int argc, char** argv)
             return fail(grown.error());
 
         mesh.clear();
-        if (meshTubes(skeleton, species->appearance.bark, {}, {}, tubeScratch, mesh) != TubeResult::Ok)
+        if (meshTubes(skeleton, species->appearance.bark, {}, {}, tubeScratch, mesh) != MeshResult::Ok)
             return fail({.what = "tree " + std::to_string(seed) + " has no mesh"});
 
         const auto overlaps = findOverlaps(skeleton); // do branches cut into each other?

@@ -28,7 +28,7 @@ Expected<void> run(char** paths)
         return tl::unexpected(skeleton.error());
     TubeScratch scratch;
     TreeMesh mesh;
-    if (meshTubes(*skeleton, species->appearance.bark, {}, {}, scratch, mesh) != TubeResult::Ok)
+    if (meshTubes(*skeleton, species->appearance.bark, {}, {}, scratch, mesh) != MeshResult::Ok)
         return tl::unexpected(Error{.what = "the tree has no mesh"});
     if (const auto baked = writeGlb(paths[3], mesh, species->appearance, {"Tree", hashOf(*species), Seed{1}}); !baked)
         return baked;

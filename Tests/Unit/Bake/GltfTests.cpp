@@ -8,6 +8,7 @@
 #include <functional>
 #include <gtest/gtest.h>
 #include <limits>
+#include <nlohmann/json.hpp>
 
 namespace espalier {
 
@@ -77,6 +78,7 @@ TEST(Gltf, RefusesWhatCannotBeBaked)
         {"half a triangle", [](auto& mesh, auto&, auto&) { mesh.indices.pop_back(), --mesh.parts[0].indexCount; }},
         {"NaN colour", [](auto&, auto& appearance, auto&) { appearance.bark.colour.z = kNaN; }},
         {"NaN roughness", [](auto&, auto& appearance, auto&) { appearance.bark.roughness = kNaN; }},
+        {"NaN in the palette", [](auto&, auto& appearance, auto&) { appearance.palette[3].x = kNaN; }},
         {"name not UTF-8", [](auto&, auto&, auto& info) { info.speciesName = "O\xc3k"; }},
         {"endless name", [](auto&, auto&, auto& info) { info.speciesName.assign(10000, 'o'); }},
     };
@@ -186,6 +188,56 @@ TEST(Gltf, MakesOnePrimitiveAPartAndSkipsEmptyOnes)
         ++primitives;
     EXPECT_EQ(primitives, 2u);
     EXPECT_TRUE(contains(document, R"("byteOffset":18)")) << document;
+}
+
+TEST(Gltf, GivesEachKindAndColourOneMaterial)
+{
+    TreeMesh mesh = handMade({.sides = 5});
+    mesh.parts = {{MeshMaterial::Bark, 0, 6},
+                  {MeshMaterial::Bark, 6, 6, 2},
+                  {MeshMaterial::Surface, 12, 6, 0},
+                  {MeshMaterial::Surface, 18, 6, 2},
+                  {MeshMaterial::Surface, 24, 6, 0}};
+    Appearance appearance;
+    appearance.bark.colour = {0.5f, 0.25f, 0};
+    appearance.palette = {{0, 1, 0}, {1, 1, 1}, {1, 0, 0}};
+    const auto glb = bakeGlb(mesh, appearance, kOak);
+    ASSERT_TRUE(glb) << toString(glb.error());
+    const auto document = nlohmann::json::parse(documentOf(*glb));
+    struct Expected
+    {
+        const char* name;
+        std::vector<double> colour;
+        bool isDoubleSided;
+    };
+    const Expected expected[] = {{"Oak bark", {0.5, 0.25, 0, 1}, false},
+                                 {"Oak wood 2", {1, 0, 0, 1}, false},
+                                 {"Oak surface 0", {0, 1, 0, 1}, true},
+                                 {"Oak surface 2", {1, 0, 0, 1}, true}};
+    ASSERT_EQ(document["materials"].size(), 4u);
+    for (std::size_t i = 0; i < 4; ++i)
+    {
+        const auto& material = document["materials"][i];
+        EXPECT_EQ(material["name"], expected[i].name);
+        EXPECT_EQ(material["pbrMetallicRoughness"].value("baseColorFactor", std::vector<double>{1, 1, 1, 1}),
+                  expected[i].colour);
+        EXPECT_EQ(material.value("doubleSided", false), expected[i].isDoubleSided);
+        EXPECT_EQ(material.value("alphaMode", "OPAQUE"), "OPAQUE");
+    }
+    const auto& primitives = document["meshes"][0]["primitives"];
+    ASSERT_EQ(primitives.size(), 5u);
+    const int materials[] = {0, 1, 2, 3, 2};
+    for (std::size_t i = 0; i < 5; ++i)
+        EXPECT_EQ(primitives[i]["material"], materials[i]);
+}
+
+TEST(Gltf, NamesNoBarkWhereThereIsNone)
+{
+    TreeMesh mesh = handMade({.sides = 5});
+    mesh.parts[0].material = MeshMaterial::Surface;
+    const auto glb = bakeGlb(mesh, {}, kOak);
+    ASSERT_TRUE(glb);
+    EXPECT_FALSE(contains(documentOf(*glb), "Oak bark")) << documentOf(*glb);
 }
 
 TEST(Gltf, ClampsColoursThatGltfDoesNotAllow)

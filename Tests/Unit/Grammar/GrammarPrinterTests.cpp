@@ -1,5 +1,6 @@
 #include <Espalier/Grammar/Grammar.h>
 #include <Grammar/RandomGrammar.h>
+#include <algorithm>
 #include <gtest/gtest.h>
 
 namespace espalier {
@@ -45,6 +46,35 @@ bool sameWord(const Grammar& a, const std::vector<Module>& x, const Grammar& b, 
     return true;
 }
 
+bool sameContext(const Grammar& a, const std::vector<ContextModule>& x, const Grammar& b,
+                 const std::vector<ContextModule>& y)
+{
+    return std::ranges::equal(x, y, [&](const ContextModule& left, const ContextModule& right) {
+        return a.symbols.name(left.symbol) == b.symbols.name(right.symbol) && left.parameters == right.parameters;
+    });
+}
+
+void expectSameProductions(const Grammar& a, const std::vector<Production>& ofA, const Grammar& b,
+                           const std::vector<Production>& ofB)
+{
+    ASSERT_EQ(ofA.size(), ofB.size());
+    for (std::size_t i = 0; i < ofA.size(); ++i)
+    {
+        const Production& p = ofA[i];
+        const Production& q = ofB[i];
+        const std::string text = printProduction(a, p);
+        EXPECT_EQ(a.symbols.name(p.predecessor), b.symbols.name(q.predecessor));
+        EXPECT_EQ(p.parameters, q.parameters);
+        EXPECT_EQ(p.table, q.table);
+        EXPECT_TRUE(sameContext(a, p.left, b, q.left)) << text;
+        EXPECT_TRUE(sameContext(a, p.right, b, q.right)) << text;
+        EXPECT_TRUE(sameTree(a, p.condition, b, q.condition)) << text;
+        EXPECT_TRUE(sameTree(a, p.weight, b, q.weight)) << text;
+        EXPECT_TRUE(sameTree(a, p.row, b, q.row)) << text;
+        EXPECT_TRUE(sameWord(a, p.successor, b, q.successor)) << text;
+    }
+}
+
 /// Compares meanings, not texts.
 void expectSame(const Grammar& a, const Grammar& b)
 {
@@ -60,24 +90,22 @@ void expectSame(const Grammar& a, const Grammar& b)
     EXPECT_EQ(a.width, b.width);
     EXPECT_EQ(namesOf(a, a.draw), namesOf(b, b.draw));
     EXPECT_EQ(namesOf(a, a.move), namesOf(b, b.move));
+    EXPECT_EQ(namesOf(a, a.ignore), namesOf(b, b.ignore));
+    EXPECT_EQ(a.order, b.order);
+    EXPECT_EQ(a.iterations, b.iterations);
+    ASSERT_EQ(a.tropism.has_value(), b.tropism.has_value());
+    if (a.tropism)
+    {
+        EXPECT_EQ(a.tropism->elasticity, b.tropism->elasticity);
+        EXPECT_EQ(a.tropism->direction, b.tropism->direction);
+    }
     EXPECT_TRUE(sameWord(a, a.axiom, b, b.axiom));
     ASSERT_EQ(a.constants.size(), b.constants.size());
     for (std::size_t i = 0; i < a.constants.size(); ++i)
         EXPECT_TRUE(a.constants[i].name == b.constants[i].name &&
                     sameTree(a, a.constants[i].value, b, b.constants[i].value));
-    ASSERT_EQ(a.productions.size(), b.productions.size());
-    for (std::size_t i = 0; i < a.productions.size(); ++i)
-    {
-        const Production& p = a.productions[i];
-        const Production& q = b.productions[i];
-        EXPECT_EQ(a.symbols.name(p.predecessor), b.symbols.name(q.predecessor));
-        EXPECT_EQ(p.parameters, q.parameters);
-        EXPECT_EQ(p.table, q.table);
-        EXPECT_TRUE(sameTree(a, p.condition, b, q.condition)) << printProduction(a, p);
-        EXPECT_TRUE(sameTree(a, p.weight, b, q.weight)) << printProduction(a, p);
-        EXPECT_TRUE(sameTree(a, p.row, b, q.row)) << printProduction(a, p);
-        EXPECT_TRUE(sameWord(a, p.successor, b, q.successor)) << printProduction(a, p);
-    }
+    expectSameProductions(a, a.productions, b, b.productions);
+    expectSameProductions(a, a.interpretations, b, b.interpretations);
 }
 
 TEST(GrammarPrinter, AnEmptyGrammarIsAnEmptyAxiom)
@@ -99,6 +127,45 @@ TEST(GrammarPrinter, WritesTheShortestForm)
                        "Bud -> F(s)+(b+r) : ~ II\n"
                        "- -> +\n";
     EXPECT_EQ(printGrammar(parsed(text)), std::string(text).replace(std::string(text).find(") Bud["), 6, ")Bud["));
+}
+
+TEST(GrammarPrinter, WritesContextsSettingsAndInterpretations)
+{
+    const std::string text = "angle: 22.5\n"
+                             "ignore: + - F\n"
+                             "order: listed\n"
+                             "tropism: 0.22 0 -1 0\n"
+                             "iterations: 6\n"
+                             "axiom: B(1)[A]\n"
+                             "B(x) < A(l) > C[D(y)]E : x>y -> F(l) : x\n"
+                             "B < A -> _\n"
+                             "A > [C][D] -> C\n"
+                             "interpret: A(x) : x>1 -> F(x) : 2\n"
+                             "interpret: [ -> [+\n";
+    EXPECT_EQ(printGrammar(parsed(text)), text);
+}
+
+TEST(GrammarPrinter, LeavesOutSettingsThatHaveTheirDefault)
+{
+    EXPECT_EQ(printGrammar(parsed("order: context-first\nignore:\nangle: 25\naxiom: A\n")), "axiom: A\n");
+    EXPECT_EQ(printGrammar(parsed("iterations: 0\ntropism: 0 0 0 0\naxiom: A\n")),
+              "tropism: 0 0 0 0\niterations: 0\naxiom: A\n")
+        << "nothing is not the same as none";
+}
+
+/// Contexts whose plain spelling would be something else.
+TEST(GrammarPrinter, ContextsReadBackAsThemselves)
+{
+    for (const char* text :
+         {"axiom: A\nlet < A -> B\n", "axiom: A\n*() < A > *() -> B\n", "axiom: A\n** < A > *(x)* -> B\n",
+          "axiom: A\n-- < - > -- -> -\n", "axiom: A\n- > - -> -\n", "axiom: A\naxiom < A > axiom -> B\n",
+          "symbols: Tw Twig\naxiom: A\nTw i g < Twig > Tw [ i g ] -> Tw ig\n",
+          "axiom: A\nA(a) > A(b) : a<b -> A(a>b)\n"})
+    {
+        const Grammar grammar = parsed(text);
+        expectSame(grammar, parsed(printGrammar(grammar)));
+        EXPECT_EQ(grammar.productions.size(), 1u) << text;
+    }
 }
 
 TEST(GrammarPrinter, KeepsEveryExpression)
@@ -141,6 +208,8 @@ TEST(GrammarPrinter, SeparatesSymbolsThatWouldReadAsAnother)
 TEST(GrammarPrinter, WhatIsPrintedIsReadBack)
 {
     int unread = 0;
+    std::size_t contexts = 0;
+    std::size_t interpretations = 0;
     for (std::uint64_t seed = 0; seed < 1200; ++seed)
     {
         const Grammar grammar = samples::RandomGrammar(seed).make();
@@ -157,8 +226,13 @@ TEST(GrammarPrinter, WhatIsPrintedIsReadBack)
         ASSERT_TRUE(*read == grammar);
         expectSame(*read, grammar);
         ASSERT_FALSE(testing::Test::HasFailure()) << "seed " << seed << "\n" << text;
+        for (const Production& production : grammar.productions)
+            contexts += production.hasContext() ? 1 : 0;
+        interpretations += grammar.interpretations.size();
     }
     EXPECT_LT(unread, 200);
+    EXPECT_GT(contexts, 1000u);
+    EXPECT_GT(interpretations, 300u);
 }
 
 TEST(GrammarPrinter, GrammarsThatDifferPrintDifferently)
@@ -166,7 +240,11 @@ TEST(GrammarPrinter, GrammarsThatDifferPrintDifferently)
     const Grammar grammar = parsed("axiom: A(1)\nA(x) -> F(x) : 1\n");
     for (const char* text :
          {"axiom: A(2)\nA(x) -> F(x) : 1\n", "axiom: A(1)\nA(y) -> F(y) : 1\n", "axiom: A(1)\nA(x) -> F(x) : 2\n",
-          "axiom: A(1)\nA(x) -> F(x)\n", "axiom: A(1)\nangle: 24\nA(x) -> F(x) : 1\n"})
+          "axiom: A(1)\nA(x) -> F(x)\n", "axiom: A(1)\nangle: 24\nA(x) -> F(x) : 1\n",
+          "axiom: A(1)\nB < A(x) -> F(x) : 1\n", "axiom: A(1)\nA(x) > B -> F(x) : 1\n",
+          "axiom: A(1)\ninterpret: A(x) -> F(x) : 1\n", "axiom: A(1)\norder: listed\nA(x) -> F(x) : 1\n",
+          "axiom: A(1)\nignore: F\nA(x) -> F(x) : 1\n", "axiom: A(1)\niterations: 1\nA(x) -> F(x) : 1\n",
+          "axiom: A(1)\ntropism: 1 0 -1 0\nA(x) -> F(x) : 1\n"})
         EXPECT_FALSE(parsed(text) == grammar) << text;
 }
 

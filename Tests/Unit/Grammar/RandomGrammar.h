@@ -5,15 +5,26 @@
 #include <algorithm>
 #include <array>
 #include <initializer_list>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace espalier::samples {
 
+/// What a random grammar may use.
+struct RandomGrammarOptions
+{
+    bool contexts = true;        ///< Contexts, and symbols that they ignore.
+    bool interpretations = true; ///< `interpret:` productions.
+};
+
 /// Writes grammars that use everything the text form has. Each is sound: brackets balance, names are known where they
-/// stand; nothing says that its expressions have values or its derivation an end.
+/// stand, contexts name no ignored symbol; nothing says that its expressions have values or its derivation an end.
 class RandomGrammar
 {
 public:
-    explicit RandomGrammar(std::uint64_t seed) : key_(Seed{seed}) {}
+    explicit RandomGrammar(std::uint64_t seed, RandomGrammarOptions options = {}) : key_(Seed{seed}), options_(options)
+    {}
 
     Grammar make()
     {
@@ -34,10 +45,23 @@ public:
             g_.draw = symbols();
         if (chance(0.4))
             g_.move = symbols();
+        if (chance(0.3))
+            g_.order = MatchOrder::Listed;
+        if (chance(0.3))
+            g_.tropism = Tropism{signedNumber(), {signedNumber(), signedNumber(), signedNumber()}};
+        if (chance(0.3))
+            g_.iterations = static_cast<std::uint32_t>(below(chance(0.5) ? 10 : 1000001));
         g_.axiom = word();
         const std::uint64_t productions = below(6);
         for (std::uint64_t i = 0; i < productions; ++i)
             g_.productions.push_back(production());
+        if (options_.interpretations && chance(0.5))
+            for (std::uint64_t i = below(3); i > 0; --i)
+                g_.interpretations.push_back(interpretation());
+        if (options_.contexts && chance(0.5))
+            for (const SymbolId id : symbols())
+                if (!isInContext(id))
+                    g_.ignore.push_back(id);
         return std::move(g_);
     }
 
@@ -51,6 +75,8 @@ private:
                                          137.5, 3600.0, 1e-7, 5e-324, 12345.678901234567};
         return kNumbers[below(kNumbers.size())];
     }
+
+    double signedNumber() { return chance(0.5) ? number() : -number(); }
 
     SymbolId symbol()
     {
@@ -104,6 +130,93 @@ private:
         return modules;
     }
 
+    /// A module of a context with up to two parameters of its own.
+    ContextModule contextModule(SymbolId id)
+    {
+        ContextModule result{id, {}, 0};
+        for (std::uint64_t i = below(3); i > 0; --i)
+        {
+            constexpr std::array kNames = {"s", "b", "k_1", "y", "Y"}; // those of transforms and constants are hidden
+            const std::uint64_t which = contextParameters_++;
+            result.parameters.push_back(which < kNames.size() ? kNames[which] : "c" + std::to_string(which));
+        }
+        return result;
+    }
+
+    std::vector<ContextModule> leftContext()
+    {
+        std::vector<ContextModule> modules;
+        do
+            modules.push_back(contextModule(symbol()));
+        while (chance(0.5));
+        return modules;
+    }
+
+    std::vector<ContextModule> rightContext()
+    {
+        const auto bracket = [&](const char* text) { return ContextModule{g_.symbols.intern(text), {}, 0}; };
+        std::vector<ContextModule> modules;
+        std::uint64_t open = 0;
+        do
+        {
+            if (chance(0.2))
+            {
+                modules.push_back(bracket("["));
+                ++open;
+            }
+            if (chance(0.8))
+                modules.push_back(contextModule(symbol()));
+            if (open > 0 && chance(0.3))
+            {
+                modules.push_back(bracket("]"));
+                --open;
+            }
+        } while (modules.empty() || chance(0.5));
+        modules.insert(modules.end(), open, bracket("]"));
+        return modules;
+    }
+
+    [[nodiscard]] bool isInContext(SymbolId id) const
+    {
+        for (const Production& production : g_.productions)
+            for (const auto* context : {&production.left, &production.right})
+                for (const ContextModule& module : *context)
+                    if (module.symbol == id)
+                        return true;
+        return false;
+    }
+
+    /// Draws shapes for a symbol; for a bracket, they need not balance.
+    Production interpretation()
+    {
+        Production result;
+        const bool ofBracket = chance(0.3);
+        result.predecessor = ofBracket ? g_.symbols.intern(chance(0.5) ? "[" : "]") : symbol();
+        if (chance(0.3))
+            result.parameters.emplace_back("x");
+        enter(result);
+        if (chance(0.3))
+            result.condition = expression(3);
+        if (chance(0.3))
+            result.weight = expression(3);
+        result.successor = word();
+        if (ofBracket)
+            for (std::uint64_t i = below(3); i > 0; --i)
+                g_.append(result.successor, g_.symbols.intern(chance(0.5) ? "[" : "]"));
+        leave();
+        return result;
+    }
+
+    /// From here on expressions name the parameters of `production`.
+    void enter(const Production& production)
+    {
+        scope_ = production.parameters;
+        for (const auto* context : {&production.left, &production.right})
+            for (const ContextModule& module : *context)
+                scope_.insert(scope_.end(), module.parameters.begin(), module.parameters.end());
+    }
+    void leave() { scope_.clear(); }
+
     Production production()
     {
         Production result;
@@ -111,7 +224,12 @@ private:
         for (const char* name : {"x", "n", "long_name2", "pi", "q"})
             if (chance(0.3))
                 result.parameters.emplace_back(name);
-        scope_ = &result;
+        contextParameters_ = 0;
+        if (options_.contexts && chance(0.4))
+            result.left = leftContext();
+        if (options_.contexts && chance(0.4))
+            result.right = rightContext();
+        enter(result);
         if (chance(0.5))
             result.condition = expression(4);
         if (chance(0.5))
@@ -125,18 +243,14 @@ private:
         transforms_ = !result.table.empty();
         result.successor = word();
         transforms_ = false;
-        scope_ = nullptr;
+        leave();
         return result;
     }
 
     /// What the leaf called `name` means here; others with the same name are hidden.
     [[nodiscard]] bool isParameter(std::string_view name) const
     {
-        if (scope_)
-            for (const std::string& parameter : scope_->parameters)
-                if (parameter == name)
-                    return true;
-        return false;
+        return std::ranges::find(scope_, name) != scope_.end();
     }
 
     ExpressionId leaf()
@@ -146,8 +260,8 @@ private:
         switch (below(6))
         {
         case 0:
-            if (scope_ && !scope_->parameters.empty())
-                return pool.reference(Parameter, static_cast<std::uint32_t>(below(scope_->parameters.size())));
+            if (!scope_.empty())
+                return pool.reference(Parameter, static_cast<std::uint32_t>(below(scope_.size())));
             break;
         case 1:
             if (!g_.constants.empty())
@@ -159,8 +273,9 @@ private:
             }
             break;
         case 2:
-            if (transforms_)
-                return pool.reference(Transform, static_cast<std::uint32_t>(below(4)));
+            if (const std::uint64_t component = below(4);
+                transforms_ && !isParameter(std::string_view("srbo").substr(component, 1)))
+                return pool.reference(Transform, static_cast<std::uint32_t>(component));
             break;
         case 3:
             if (!isParameter("n"))
@@ -204,7 +319,9 @@ private:
     RandomKey key_;
     std::uint32_t counter_ = 0;
     Grammar g_;
-    const Production* scope_ = nullptr;
+    RandomGrammarOptions options_;
+    std::vector<std::string> scope_; ///< What parameters are called, by their numbers.
+    std::uint64_t contextParameters_ = 0;
     bool transforms_ = false;
 };
 

@@ -59,6 +59,8 @@ const std::vector<ForeignHeader> kForeignHeaders = {
     {"embree3/", {"Overlap", "Render"}},
     {"tiny_gltf.h", {"Bake"}},
     {"stb_", {"Bake", "Render"}},
+    // The processor.
+    {"emmintrin.h", {"Core"}},
     // The operating system.
     {"fcntl.h", {"Core"}},
     {"unistd.h", {"Core"}},

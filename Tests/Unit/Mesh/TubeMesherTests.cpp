@@ -18,7 +18,7 @@ constexpr TubeSettings kPlain{.collarFlare = 0, .rootFlare = 0};
 
 struct Meshed
 {
-    TubeResult result;
+    MeshResult result;
     TubeScratch scratch;
     TreeMesh mesh;
 };
@@ -109,7 +109,7 @@ TEST(TubeMesher, NothingToSweepLeavesTheMeshAlone)
     for (const Skeleton& skeleton : {Skeleton{}, point, thread})
     {
         const Meshed m = meshed(skeleton);
-        EXPECT_EQ(m.result, TubeResult::EmptySkeleton);
+        EXPECT_EQ(m.result, MeshResult::EmptySkeleton);
         EXPECT_EQ(m.mesh, TreeMesh{});
     }
 }
@@ -125,7 +125,7 @@ TEST(TubeMesher, UnsoundSkeletonsAreRefused)
     for (const Skeleton& skeleton : {notFinite, farAway, tooThick})
     {
         const Meshed m = meshed(skeleton);
-        EXPECT_EQ(m.result, TubeResult::UnsoundSkeleton);
+        EXPECT_EQ(m.result, MeshResult::UnsoundSkeleton);
         EXPECT_EQ(m.mesh, TreeMesh{});
     }
 }
@@ -135,7 +135,7 @@ TEST(TubeMesher, RandomTreesGiveClosedTubesWithGoodVertices)
     for (std::uint64_t seed = 0; seed < 60; ++seed)
     {
         const Meshed m = meshed(randomTree(seed, 50));
-        ASSERT_EQ(m.result, TubeResult::Ok);
+        ASSERT_EQ(m.result, MeshResult::Ok);
         expectGoodVertices(m.mesh, seed);
         expectClosed(m.mesh, true, seed);
     }
@@ -146,7 +146,7 @@ TEST(TubeMesher, SickTreesGiveClosedTubesWithGoodVertices)
     for (std::uint64_t seed = 0; seed < 200; ++seed)
     {
         const Meshed m = meshed(randomTree(seed, 40, Ailments::All));
-        ASSERT_EQ(m.result, TubeResult::Ok);
+        ASSERT_EQ(m.result, MeshResult::Ok);
         expectGoodVertices(m.mesh, seed);
         expectClosed(m.mesh, false, seed);
     }
@@ -278,7 +278,7 @@ TEST(TubeMesher, EqualInputGivesEqualBytes)
     const Skeleton skeleton = randomTree(11, 200);
     Meshed once = meshed(skeleton);
     TreeMesh again;
-    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, once.scratch, again), TubeResult::Ok); // with a used scratch
+    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, once.scratch, again), MeshResult::Ok); // with a used scratch
     EXPECT_EQ(once.mesh, again);
     EXPECT_EQ(hashOf(once.mesh), hashOf(again));
 }
@@ -288,7 +288,7 @@ TEST(TubeMesher, AppendsAfterWhatIsThere)
     const Skeleton skeleton = fork();
     const Meshed alone = meshed(skeleton);
     Meshed twice = alone;
-    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, twice.scratch, twice.mesh), TubeResult::Ok);
+    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, twice.scratch, twice.mesh), MeshResult::Ok);
     const auto vertices = static_cast<std::uint32_t>(alone.mesh.positions.size());
     ASSERT_EQ(twice.mesh.parts.size(), 2u);
     EXPECT_EQ(twice.mesh.parts[1].firstIndex, alone.mesh.indices.size());
@@ -307,8 +307,8 @@ TEST(TubeMesher, TheVertexLimitIsExact)
         limits.vertices = static_cast<std::uint32_t>(static_cast<int>(needed) + beyond);
         TubeScratch scratch;
         TreeMesh mesh;
-        const TubeResult result = meshTubes(skeleton, {}, {}, limits, scratch, mesh);
-        EXPECT_EQ(result, beyond < 0 ? TubeResult::TooManyVertices : TubeResult::Ok);
+        const MeshResult result = meshTubes(skeleton, {}, {}, limits, scratch, mesh);
+        EXPECT_EQ(result, beyond < 0 ? MeshResult::TooManyVertices : MeshResult::Ok);
         EXPECT_EQ(mesh.positions.size(), beyond < 0 ? 0 : needed);
     }
 }
@@ -320,7 +320,7 @@ TEST(TubeMesher, WarmMemoryIsNotAllocatedAgain)
     const Vec3* positions = m.mesh.positions.data();
     const TubeRing* rings = m.scratch.rings.data();
     m.mesh.clear();
-    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, m.scratch, m.mesh), TubeResult::Ok);
+    ASSERT_EQ(meshTubes(skeleton, {}, {}, Limits{}, m.scratch, m.mesh), MeshResult::Ok);
     EXPECT_EQ(m.mesh.positions.data(), positions);
     EXPECT_EQ(m.scratch.rings.data(), rings);
 }
@@ -472,7 +472,7 @@ TEST(TubeMesher, NonsenseSettingsAreClamped)
     for (const TubeSettings& settings : nonsense)
     {
         const Meshed m = meshed(fork(), settings);
-        ASSERT_EQ(m.result, TubeResult::Ok);
+        ASSERT_EQ(m.result, MeshResult::Ok);
         expectGoodVertices(m.mesh, 0);
         expectClosed(m.mesh, false, 0);
     }

@@ -76,6 +76,41 @@ void append(const TreeMesh& part, TreeMesh& mesh)
     mesh.parts.front().indexCount += part.parts.front().indexCount;
 }
 
+/// An upright square that faces the camera, of one material and colour.
+TreeMesh square(MeshMaterial material, std::uint16_t colour)
+{
+    TreeMesh mesh;
+    for (const Vec2 at : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)})
+    {
+        mesh.positions.emplace_back(2 * at.x - 1, 2 * at.y, 0);
+        mesh.normals.emplace_back(0, 0, 1);
+        mesh.tangents.emplace_back(1, 0, 0, 1);
+        mesh.uvs.push_back(at);
+    }
+    mesh.indices = {0, 1, 2, 0, 2, 3};
+    mesh.parts = {{material, 0, 6, colour}};
+    return mesh;
+}
+
+/// Mean colour of the middle of the picture.
+DVec3 middleOf(const TreeMesh& mesh, const Appearance& appearance, float sunAzimuth)
+{
+    RenderSettings settings = small();
+    settings.sunAzimuth = sunAzimuth;
+    const Picture picture = renderPicture({&mesh, &appearance, ""}, settings).value();
+    DVec3 sum(0);
+    for (std::uint32_t y = 25; y < 35; ++y)
+        for (std::uint32_t x = 19; x < 29; ++x)
+        {
+            const std::uint8_t* pixel = picture.rgb.data() + 3 * (std::size_t{y} * picture.width + x);
+            sum += DVec3(pixel[0], pixel[1], pixel[2]);
+        }
+    return sum / 100.0;
+}
+
+constexpr float kSunInFront = 0.2f;
+constexpr float kSunBehind = 3.3f;
+
 } // namespace
 
 TEST(Render, RefusesWhatCannotBeDrawn)
@@ -196,6 +231,50 @@ TEST(Render, FramesTheTrunkWholeUnderABrightSky)
     EXPECT_LT(dark, 140u);
     EXPECT_LT(darkRows(*picture, 5, 0, 150), 60u); // beside it there is ground, and no trunk
     EXPECT_GT(luminance(*picture, 5, 0), 450);
+}
+
+TEST(Render, PaperIsBlankRoundTheTree)
+{
+    const TreeMesh mesh = handMade({.sides = 24, .height = 3.0f, .radius = 0.2f});
+    RenderSettings settings = small();
+    settings.backdrop = Backdrop::Paper;
+    settings.cameraElevation = 0;
+    const Picture picture = renderPicture(subjectOf(mesh), settings).value();
+    const int paper = luminance(picture, 0, 0);
+    EXPECT_GT(paper, 700);
+    std::uint32_t first = settings.height;
+    std::uint32_t last = 0;
+    for (std::uint32_t y = 0; y < settings.height; ++y)
+        for (std::uint32_t x = 0; x < settings.width; ++x)
+        {
+            const bool isBeside = x < 16 || x >= 32; // no ground, no horizon, no shadow
+            if (isBeside)
+            {
+                ASSERT_EQ(luminance(picture, x, y), paper) << x << ", " << y;
+            }
+            if (luminance(picture, x, y) < paper - 200)
+            {
+                first = std::min(first, y);
+                last = std::max(last, y);
+            }
+        }
+    // Nine tenths of the height, with as much room above as below.
+    EXPECT_NEAR(first, settings.height - 1 - last, 1);
+    EXPECT_GT(last - first, 50u);
+}
+
+TEST(Render, OnPaperTheCameraGoesWhereItIsPut)
+{
+    const TreeMesh mesh = handMade({});
+    RenderSettings settings = small();
+    settings.backdrop = Backdrop::Paper;
+    for (const float elevation : {-1.2f, 0.0f, 1.2f})
+    {
+        settings.cameraElevation = elevation;
+        const auto picture = renderPicture(subjectOf(mesh), settings);
+        ASSERT_TRUE(picture);
+        EXPECT_FALSE(barkIn(*picture, 0, 10, 50).empty()) << elevation;
+    }
 }
 
 TEST(Render, PictureDoesNotDependOnThreads)
@@ -330,6 +409,61 @@ TEST(Render, CancelsAndReportsOnTheCallingThread)
     const auto stopped = renderPicture(subjectOf(mesh), settings, progress);
     ASSERT_FALSE(stopped);
     EXPECT_EQ(stopped.error().kind, ErrorKind::Cancelled);
+}
+
+TEST(Render, RefusesAPaletteThatIsNotFinite)
+{
+    const TreeMesh mesh = handMade({});
+    Appearance appearance;
+    appearance.palette[2].y = kNaN;
+    const auto picture = renderPicture({&mesh, &appearance, ""}, small());
+    ASSERT_FALSE(picture);
+    EXPECT_EQ(picture.error().kind, ErrorKind::BadInput);
+}
+
+TEST(Render, PartsHaveTheirColours)
+{
+    Appearance appearance;
+    appearance.palette = {{0.05f, 0.4f, 0.05f}, {0.5f, 0.05f, 0.05f}};
+    appearance.bark.colour = {0.05f, 0.05f, 0.5f};
+    for (const float sun : {kSunInFront, kSunBehind})
+    {
+        const DVec3 leaf = middleOf(square(MeshMaterial::Surface, 0), appearance, sun);
+        const DVec3 petal = middleOf(square(MeshMaterial::Surface, 1), appearance, sun);
+        const DVec3 beyond = middleOf(square(MeshMaterial::Surface, 9), appearance, sun);
+        const DVec3 stem = middleOf(square(MeshMaterial::Bark, 1), appearance, sun);
+        const DVec3 bark = middleOf(square(MeshMaterial::Bark, 0), appearance, sun);
+        EXPECT_GT(leaf.y, leaf.x + 30);
+        EXPECT_GT(petal.x, petal.y + 30);
+        EXPECT_EQ(beyond, petal);
+        EXPECT_GT(stem.x, stem.y + 30);
+        EXPECT_GT(bark.z, bark.y + 30);
+    }
+}
+
+TEST(Render, LeavesGlowAgainstTheSunAndWoodDoesNot)
+{
+    const Appearance appearance;
+    const double leaf = middleOf(square(MeshMaterial::Surface, 1), appearance, kSunBehind).y;
+    const double wood = middleOf(square(MeshMaterial::Bark, 1), appearance, kSunBehind).y;
+    const double lit = middleOf(square(MeshMaterial::Surface, 1), appearance, kSunInFront).y;
+    EXPECT_GT(leaf, wood + 20);
+    EXPECT_GT(leaf, 0.7 * lit);
+}
+
+TEST(Render, LeavesLookAlikeFromBothSides)
+{
+    const TreeMesh front = square(MeshMaterial::Surface, 0);
+    TreeMesh back = front;
+    std::swap(back.indices[1], back.indices[2]);
+    std::swap(back.indices[4], back.indices[5]);
+    for (Vec3& normal : back.normals)
+        normal = -normal;
+    for (const float sun : {kSunInFront, kSunBehind})
+    {
+        const DVec3 difference = middleOf(front, kBark, sun) - middleOf(back, kBark, sun);
+        EXPECT_LT(glm::length(difference), 3);
+    }
 }
 
 } // namespace espalier

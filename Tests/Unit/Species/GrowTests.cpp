@@ -1,35 +1,26 @@
 #include <Espalier/Species/Grow.h>
 
+#include <Allocations.h>
 #include <Espalier/Inference/Inference.h>
 #include <Espalier/Plant/Measure.h>
 #include <Inference/SampleArchetypes.h>
-#include <atomic>
 #include <cstdlib>
 #include <gtest/gtest.h>
 #include <new>
 #include <thread>
 
-#if defined(__SANITIZE_ADDRESS__)
-#define ESPALIER_COUNTS_ALLOCATIONS 0 // the sanitizer has an operator new of its own
-#elif defined(__has_feature)
-#if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
-#define ESPALIER_COUNTS_ALLOCATIONS 0
-#endif
-#endif
-#ifndef ESPALIER_COUNTS_ALLOCATIONS
-#define ESPALIER_COUNTS_ALLOCATIONS 1
-#endif
+namespace espalier::allocations {
 
-namespace {
+std::atomic<std::uint64_t> count{0};
+std::atomic<std::uint64_t> bytes{0};
 
-std::atomic<std::uint64_t> allocations{0};
-
-} // namespace
+} // namespace espalier::allocations
 
 #if ESPALIER_COUNTS_ALLOCATIONS
 [[gnu::noinline]] void* operator new(std::size_t size)
 {
-    ++allocations;
+    ++espalier::allocations::count;
+    espalier::allocations::bytes += size;
     if (void* const memory = std::malloc(size == 0 ? 1 : size))
         return memory;
     std::abort();
@@ -159,9 +150,9 @@ TEST(Grow, AllocatesNothingOnceWarm)
                 ADD_FAILURE() << "seed " << seed;
     };
     growAll();
-    const std::uint64_t before = allocations;
+    const std::uint64_t before = allocations::count;
     growAll();
-    EXPECT_EQ(allocations, before);
+    EXPECT_EQ(allocations::count, before);
 }
 
 TEST(Grow, CompletesATreeWhoseBudgetIsSpent)

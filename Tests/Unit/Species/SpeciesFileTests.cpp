@@ -23,6 +23,14 @@ std::string errorOf(std::string text, const Limits& limits = {})
     return species ? std::string() : toString(species.error()).substr(2);
 }
 
+std::string repeated(const std::string& text, int times)
+{
+    std::string all;
+    for (int i = 0; i < times; ++i)
+        all += text;
+    return all;
+}
+
 Species handMade()
 {
     return parseSpecies(R"text({"espalier": "species", "version": 1, "name": "by \"hand\" é",
@@ -111,6 +119,13 @@ TEST(SpeciesFile, SaysWhatIsWrongAndWhere)
         {fileWith(", \"appearance\": {\"bark\": {\"tile\": 0}}"), "1:96: tile is 0"},
         {fileWith(", \"appearance\": {\"pipes\": {\"exponent\": 5}}"),
          "1:101: exponent is 5; expected a number from 1 to 4"},
+        {fileWith(", \"appearance\": {\"palette\": 7}"), "1:90: palette is 7; expected an array"},
+        {fileWith(", \"appearance\": {\"palette\": []}"),
+         "1:90: the palette has 0 colours; expected from 1 to 64 of them"},
+        {fileWith(", \"appearance\": {\"palette\": [" + repeated("[0, 0, 0], ", 64) + "[0, 0, 0]]}"),
+         "1:90: the palette has 65 colours; expected from 1 to 64 of them"},
+        {fileWith(", \"appearance\": {\"palette\": [[0, 0, 0], [1, 1]]}"), "1:102: the colour has 2 components"},
+        {fileWith(", \"appearance\": {\"palette\": [[0, -0.5, 0]]}"), "1:95: a colour component is -0.5"},
         {fileWith(", \"appearance\": {\"wood\": 1}"), "1:79: appearance has the unknown key \"wood\""},
         {fileWith(", \"provenance\": {\"mergeWeight\": 2}"), "1:94: mergeWeight is 2; expected a number from 0 to 1"},
         {fileWith(", \"provenance\": {\"exemplarSegments\": 1.5}"),
@@ -135,7 +150,7 @@ TEST(SpeciesFile, PlacesErrorsOfTheGrammarInsideItsLines)
         {R"text("A -> F(1")text", "3:"},
         {R"text("A -> F ]")text", "3:11: "},
         {R"text("A -> \\ ]")text", "3:12: "}, // a backslash is two in the file
-        {R"text("A < B -> F")text", "3:"},
+        {R"text("A < -> F")text", "3:8: "},
         {R"text("A -> F(s) : ~ t")text", "3:3: "}, // no such table: the line is known, the column is not
         {R"text("A -> F(s) : ~ t(1/0)")text", "3:"},
         {R"text("A -> F\nB -> F")text",
@@ -189,6 +204,23 @@ TEST(SpeciesFile, ReadsBackWhatItPrints)
     EXPECT_EQ(*again, species);
     EXPECT_EQ(printSpecies(*again), printed);
     EXPECT_EQ(hashOf(*again), hashOf(species));
+}
+
+TEST(SpeciesFile, NamesColoursOnlyWhereTheyDifferFromTheUsual)
+{
+    Species species = handMade();
+    EXPECT_EQ(printSpecies(species).find("palette"), std::string::npos);
+    for (const std::size_t entries : {std::size_t{1}, std::size_t{7}, kMaxPalette})
+    {
+        species.appearance.palette.assign(entries, Vec3(0.1f, 0.25f, 1));
+        const auto again = parseSpecies(printSpecies(species), "again");
+        ASSERT_TRUE(again) << toString(again.error());
+        EXPECT_EQ(*again, species);
+    }
+    species.appearance.palette.resize(2);
+    EXPECT_NE(printSpecies(species).find("\n    \"palette\": [[0.1, 0.25, 1], [0.1, 0.25, 1]]\n  },\n"),
+              std::string::npos)
+        << printSpecies(species);
 }
 
 TEST(SpeciesFile, ReadsBackWhatIsInferredAndGrowsTheSame)
@@ -252,7 +284,9 @@ TEST_F(SpeciesOnDisk, RefusesToSaveWhatCouldNotBeReadAndKeepsTheOldFile)
     badWeight.provenance.mergeWeight = 2;
     Species twoTables = handMade();
     twoTables.tables.push_back(twoTables.tables[0]);
-    for (const Species& broken : {missingTable, badName, badWindow, badWeight, twoTables})
+    Species noColour = handMade();
+    noColour.appearance.palette.clear();
+    for (const Species& broken : {missingTable, badName, badWindow, badWeight, twoTables, noColour})
         EXPECT_FALSE(saveSpecies(path, broken)) << printSpecies(broken);
     EXPECT_EQ(loadSpecies(path).value(), handMade());
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1) << "a temporary file is left";

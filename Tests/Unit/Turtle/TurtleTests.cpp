@@ -270,7 +270,7 @@ TEST(Turtle, AfterAnErrorNothingIsApplied)
     EXPECT_TRUE(turtle.apply(TurtleCommand::Draw, {}));
     EXPECT_FALSE(turtle.apply(TurtleCommand::Pop, {}));
     EXPECT_FALSE(turtle.apply(TurtleCommand::Draw, {}));
-    EXPECT_EQ(turtle.error().what, "`]` without `[` in the word");
+    EXPECT_EQ(turtle.error().what, "module 2 of the word: `]` without `[`");
     EXPECT_FALSE(turtle.finish());
     EXPECT_TRUE(skeleton.empty());
 
