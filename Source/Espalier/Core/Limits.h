@@ -29,7 +29,7 @@ struct Limits
     std::uint32_t modules = 4u << 20;   ///< Of one word, before and after `interpret:`.
     std::uint32_t arguments = 8u << 20; ///< Of all modules of one word.
     /// Of one derivation, all steps together: a module that is looked at or written counts 1, a rule that is tried or
-    /// applied 8, an instruction of an expression 1, one that calls a function 8. Some tenths of a second.
+    /// applied 8, an instruction of an expression 4, a function that it calls 64. Some tenths of a second.
     std::uint32_t derivationWork = 256u << 20;
     std::uint32_t nodes = 1u << 20;         ///< Segments of one skeleton; instances of one archetype read from a file.
     std::uint32_t inferredNodes = 4u << 20; ///< Instances and productions of an inference.

@@ -76,7 +76,11 @@ CompiledExpression ExpressionCode::compile(const ExpressionPool& pool, Expressio
     deepest_ = std::max(deepest_, emit(pool, id, folding));
     double cost = 0;
     for (std::size_t i = first; i < instructions_.size(); ++i)
-        cost += instructions_[i].action == Action::Apply && instructions_[i].op >= Modulo ? 8 : 1;
+    {
+        const ExpressionOp op = instructions_[i].op;
+        const bool isFunction = instructions_[i].action == Action::Apply && (op == Modulo || op == Power || op >= Sin);
+        cost += isFunction ? 64 : 4;
+    }
     instructions_.push_back({});
     return {Form::Program, first, cost};
 }
