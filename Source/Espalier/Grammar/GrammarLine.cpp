@@ -70,8 +70,7 @@ bool isBlank(char32_t c)
 /// What a text pasted from a page may hold and nobody sees.
 bool isInvisible(char32_t c)
 {
-    return c < 0x20 || c == 0x7f || (c >= 0x200b && c <= 0x200f) || c == 0x2028 || c == 0x2029 ||
-           c == 0xfeff;
+    return c < 0x20 || c == 0x7f || (c >= 0x200b && c <= 0x200f) || c == 0x2028 || c == 0x2029 || c == 0xfeff;
 }
 
 std::size_t arrowLength(std::u32string_view text)

@@ -23,7 +23,8 @@ constexpr double kSmallestExtent = 1e-6;
 /// A polygon with less area than this share of its extent squared is a line.
 constexpr double kThinnest = 1e-7;
 
-/// Corners that all polygons of one plant may have looked at: about a second's worth. It is enough for a million leaves.
+/// Corners that all polygons of one plant may have looked at: about a second's worth. It is enough for a million
+/// leaves.
 constexpr std::uint64_t kTriangulationWork = std::uint64_t{1} << 26;
 
 /// Where along an ovate leaf the outline has corners, and its half width there as a share of the greatest.
