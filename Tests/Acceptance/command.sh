@@ -130,7 +130,7 @@ expect "division by zero, drawn" 3 "divide.lsys:2:11: " "$espalier" measure divi
 for verb in derive measure "render -o no.png" "grow -o no.glb" overlap; do
     # shellcheck disable=SC2086
     expect "$verb refuses what explodes" 3 "explode.lsys:1:8: step 23 makes a word of 8388608 modules; expected at most 4194304" \
-        timeout 1 "$espalier" ${verb%% *} explode.lsys -n 64 $([ "$verb" = "${verb#* }" ] || echo "${verb#* }")
+        timeout 10 "$espalier" ${verb%% *} explode.lsys -n 64 $([ "$verb" = "${verb#* }" ] || echo "${verb#* }")
 done
 for place in "wrong.lsys:2:11: " "wrong.lsys:3:" "wrong.lsys:4:" "wrong.lsys:6:5: "; do
     expect "all mistakes at once" 3 "$place" "$espalier" check wrong.lsys
