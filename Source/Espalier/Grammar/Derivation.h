@@ -40,9 +40,10 @@ struct DerivationScratch
     };
     // Depth first.
     std::vector<Frame> frames;
-    std::vector<double> parameters; ///< Of all frames.
-    std::vector<double> arguments;  ///< Of the module at hand.
-    Word run;                       ///< Modules on their way to the sink.
+    std::vector<double> parameters;    ///< Of all frames.
+    std::vector<double> arguments;     ///< Of the module at hand.
+    std::vector<double> nextArguments; ///< Of what it becomes.
+    Word run;                          ///< Modules on their way to the sink.
     // Word by word.
     Word next;
     RawVector<RandomKey> keys;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cstring>
+#include <optional>
 
 namespace espalier {
 
@@ -162,7 +163,7 @@ public:
                   DerivationScratch& scratch, DerivationSink& sink)
         : program_(program), code_(program.code()), bounds_(bounds), scratch_(scratch), sink_(sink),
           writer_(program, interpretation, scratch, sink), chooser_(program, scratch.weights),
-          expands_(!bounds.toTheEnd && !writer_.interprets())
+          expands_(!bounds.toTheEnd && !writer_.interprets()), isFixed_(expands_ && !program.isRandom())
     {
         scratch_.frames.clear();
         scratch_.parameters.clear();
@@ -266,7 +267,7 @@ private:
 
     bool rewriteModule(Frame& frame, const GrammarProgram::Word& word, std::uint32_t place)
     {
-        const LetterId letter = code_.letters[word.firstLetter + place];
+        LetterId letter = code_.letters[word.firstLetter + place];
         if (expands_)
             if (const auto* expansion = program_.expansion(letter, bounds_.steps - frame.depth))
             {
@@ -277,7 +278,7 @@ private:
                 return true;
             }
         const std::uint32_t firstArgument = argumentOf(code_, word, place);
-        const std::size_t arity = program_.arityOf(letter);
+        std::size_t arity = program_.arityOf(letter);
         std::vector<double>& values = scratch_.arguments;
         values.clear();
         if (arity > 0)
@@ -289,12 +290,19 @@ private:
                 !computeArguments(code_, word, place, place + 1, frame.nextPatch, scope, values.data()))
                 return failNotFinite(frame);
         }
+        std::uint32_t step = frame.depth + 1;
+        if (isFixed_)
+        {
+            if (const std::optional<bool> done = rewriteFixed(letter, values, step))
+                return *done;
+            arity = values.size();
+        }
         const GrammarProgram::Group& group = code_.groups[code_.groupOfLetter[letter]];
         RandomKey key = program_.isRandom() ? frame.key.child(code_.ordinals[word.firstLetter + place]) : frame.key;
         if (bounds_.toTheEnd)
             return rewriteToTheEnd(letter, group, {{values.data(), arity}, key, frame.depth + 1.0}, frame.depth + 1);
         // What does not match is copied, and may match in a later step.
-        for (std::uint32_t step = frame.depth + 1; step <= bounds_.steps; ++step)
+        for (; step <= bounds_.steps; ++step)
         {
             const Rewritten module{{values.data(), arity}, key, static_cast<double>(step)};
             const std::uint32_t rule = chooser_.choose(group, module, false);
@@ -310,6 +318,52 @@ private:
             key = key.child(0);
         }
         return writer_.module(letter, values.data(), key, bounds_.steps) || failWith(writer_.error());
+    }
+
+    /// Modules with one rule whose successor is final or a single module again need no frame: they are most of all.
+    /// Nothing if it takes more; then `letter`, `values` and `step` are those of the module to be rewritten.
+    std::optional<bool> rewriteFixed(LetterId& letter, std::vector<double>& values, std::uint32_t& step)
+    {
+        std::vector<double>& next = scratch_.nextArguments;
+        for (; step <= bounds_.steps; ++step)
+        {
+            const std::uint32_t rule = code_.fixedRule[letter];
+            if (rule == kNothing)
+                break;
+            if (rule == GrammarProgram::kUndecided)
+                return {};
+            const GrammarProgram::Word& word = code_.words[rule + 1];
+            const bool isFinal = step == bounds_.steps || word.rewritableCount == 0;
+            if (!isFinal && word.letterCount != 1)
+                return {};
+            ++applied_;
+            computed_ += word.patchCost;
+            if (work() > bounds_.work)
+                return failWith(tooMuchWork().value());
+            const double* arguments = code_.arguments.data() + word.firstArgument;
+            ExpressionScope scope = scopeOfSuccessor(values.data(), RandomKey(Seed{}), step);
+            std::uint32_t patch = 0;
+            if (isFinal)
+            {
+                double* room = writer_.append(code_.letters.data() + word.firstLetter, word.letterCount, arguments,
+                                              word.argumentCount);
+                if (word.patchCount == 0 || !writer_.wantsArguments() ||
+                    computeArguments(code_, word, 0, word.letterCount, patch, scope, room))
+                    return true;
+            }
+            else
+            {
+                next.assign(arguments, arguments + word.argumentCount);
+                if (computeArguments(code_, word, 0, 1, patch, scope, next.data()))
+                {
+                    std::swap(values, next);
+                    letter = code_.letters[word.firstLetter];
+                    continue;
+                }
+            }
+            return failWith(notFinite(program_, rule + 1, scopeOfSuccessor(values.data(), RandomKey(Seed{}), step)));
+        }
+        return writer_.module(letter, values.data(), RandomKey(Seed{}), bounds_.steps) || failWith(writer_.error());
     }
 
     bool failWith(const Error& error)
@@ -411,6 +465,7 @@ private:
     RunWriter writer_;
     RuleChooser chooser_;
     bool expands_; ///< What the program has written out may be used.
+    bool isFixed_; ///< Nothing but letter and arguments decides what becomes of a module.
     Error error_;
     std::uint64_t applied_ = 0;
     std::uint64_t computed_ = 0; ///< Work of arguments.

@@ -33,8 +33,7 @@ public:
         index_ += static_cast<std::uint32_t>(count);
     }
 
-    [[nodiscard]] bool hasRoom(bool) const { return next_ != end_; }
-    static bool isFullOfCorners() { return false; }
+    [[nodiscard]] bool hasRoom(bool forSegment, bool) const { return !forSegment || next_ != end_; }
     std::uint32_t segment(const TurtleFrame&, simd::Four start, simd::Four end, double, std::uint32_t parent,
                           std::uint16_t)
     {
@@ -50,7 +49,7 @@ public:
     static void widthSet() {}
     static bool collectsCorners() { return false; }
 
-    bool makeRoom(bool = false)
+    bool makeRoom()
     {
         const auto size = static_cast<std::size_t>(end_ - begin_);
         if (!*consumer_ || size == 0 || index_ >= kNone - size)

@@ -120,10 +120,15 @@ TurtleAlphabet::TurtleAlphabet(std::vector<TurtleCommand> givenCommands, std::ve
 void TurtleAlphabet::tabulate()
 {
     const std::size_t count = commands.size();
+    isFlat = std::ranges::none_of(commands, [](TurtleCommand command) {
+        using enum TurtleCommand;
+        return command == PitchDown || command == PitchUp || command == RollLeft || command == RollRight ||
+               command == Level;
+    });
     hasArguments = std::ranges::any_of(arities, [](std::uint8_t arity) { return arity > 0; });
     for (std::size_t letter = 0; letter < count; ++letter)
     {
-        Step step{0, commands[letter], 1, arities[letter]};
+        Step step = {0, commands[letter], 1, arities[letter]};
         const bool left = step.command == TurtleCommand::TurnLeft;
         if (arities[letter] == 0 && (left || step.command == TurtleCommand::TurnRight))
             step = {left ? 1 : -1, TurtleCommand::Nothing, 1, 0};
@@ -142,7 +147,7 @@ void TurtleAlphabet::tabulate()
 
 TurtleAlphabet::Step TurtleAlphabet::comesTo(std::span<const LetterId> letters) const
 {
-    Step sum;
+    Step sum{};
     const auto isNothing = [&](std::size_t i) { return single[letters[i]].command == TurtleCommand::Nothing; };
     for (std::size_t i = 0; i < letters.size() && sum.command == TurtleCommand::Nothing; i = sum.letters)
     {
@@ -197,20 +202,15 @@ public:
 
     [[nodiscard]] bool collectsCorners() const { return !scratch_->polygons.empty(); }
     [[nodiscard]] bool hasPolygon() const { return collectsCorners(); }
-    [[nodiscard]] bool isFullOfCorners() const
+    [[nodiscard]] bool hasRoom(bool forSegment, bool forCorner) const
     {
-        return scratch_->corners.size() + skeleton_->corners.size() >= limits_->vertices;
+        return !(forSegment && isFull()) && !(forCorner && isFullOfCorners());
     }
-    [[nodiscard]] bool hasRoom(bool forCorner) const
+    bool makeRoom()
     {
-        return skeleton_->size() < limits_->nodes && !(forCorner && isFullOfCorners());
-    }
-    bool makeRoom(bool)
-    {
-        if (skeleton_->size() >= limits_->nodes)
-            return fail("the plant has more than " + std::to_string(limits_->nodes) + " segments",
-                        "at most the limit nodes");
-        return failOfCorners();
+        return isFull() ? fail("the plant has more than " + std::to_string(limits_->nodes) + " segments",
+                               "at most the limit nodes")
+                        : failOfCorners();
     }
 
     std::uint32_t segment(const TurtleFrame& frame, simd::Four start, simd::Four end, double length,
@@ -307,6 +307,11 @@ public:
     void widthSet() { skeleton_->widthsGiven = true; }
 
 private:
+    [[nodiscard]] bool isFull() const { return skeleton_->size() >= limits_->nodes; }
+    [[nodiscard]] bool isFullOfCorners() const
+    {
+        return scratch_->corners.size() + skeleton_->corners.size() >= limits_->vertices;
+    }
     bool failOfCorners()
     {
         return fail("the polygons have more than " + std::to_string(limits_->vertices) + " corners",

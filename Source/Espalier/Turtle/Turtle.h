@@ -3,6 +3,7 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Limits.h>
+#include <Espalier/Core/RawVector.h>
 #include <Espalier/Core/Simd.h>
 #include <Espalier/Core/Vector.h>
 #include <Espalier/Grammar/GrammarProgram.h>
@@ -69,18 +70,19 @@ struct TurtleAlphabet
 
     struct Step
     {
-        std::int32_t yaw = 0;                           ///< Turns to the left, by the angle of the grammar.
-        TurtleCommand command = TurtleCommand::Nothing; ///< Of the last letter, unless all have been added up.
-        std::uint8_t letters = 0;                       ///< So many are carried out.
-        std::uint16_t arguments = 0;                    ///< Of these letters.
+        std::int32_t yaw;        ///< Turns to the left, by the angle of the grammar.
+        TurtleCommand command;   ///< Of the last letter; Nothing if all have been added up.
+        std::uint8_t letters;    ///< So many are carried out.
+        std::uint16_t arguments; ///< Of these letters.
     };
     static constexpr std::uint32_t kGroup = 3;     ///< Letters.
     static constexpr std::uint32_t kGroupRead = 4; ///< Letters that must be readable where a group begins.
     static constexpr std::uint32_t kGroupBits = 4; ///< Of a letter, if there are groups.
 
     std::vector<Step> single; ///< By letter.
-    std::vector<Step> groups; ///< By groupAt; empty where letters have more bits.
+    RawVector<Step> groups;   ///< By groupAt; empty where letters have more bits.
     bool hasArguments = false;
+    bool isFlat = false; ///< Nothing but a tropism leaves the plane: no need to keep in mind where up is.
 
     /// Index of the group that begins at `letters`.
     [[nodiscard]] static std::size_t groupAt(const LetterId* letters) noexcept;

@@ -22,14 +22,13 @@ namespace espalier {
 /// the same module or the next (exceptional). Each command has its one place in either.
 ///
 /// A Pen is a small value that is copied into that loop and back. It has
-///   bool hasRoom(bool corner)        for another segment, and for a corner of an open polygon
-///   bool isFullOfCorners()
+///   bool hasRoom(bool segment, bool corner)   for one more
 ///   std::uint32_t segment(const TurtleFrame&, Four start, Four end, double length, std::uint32_t parent,
 ///                         std::uint16_t material)   its index; start and end are positions with the radius
 ///   void reach(const TurtleVector& position), corner(Four position), widthSet()
 ///   bool collectsCorners()
 /// and for commands outside of the loop, with false where it has failed and told why:
-///   bool makeRoom(bool corner), beginPolygon(), mark(const TurtleVector&), endPolygon(const TurtleState&),
+///   bool makeRoom(), beginPolygon(), mark(const TurtleVector&), endPolygon(const TurtleState&),
 ///        sphere(const TurtleState&, double), organ(const TurtleState&, std::uint32_t which, double size)
 ///   bool hasPolygon()
 template <class Pen>
@@ -66,8 +65,12 @@ public:
             }
             if (state_.depth == scratch_.brackets.size())
                 growStack();
-            at = alphabet.hasArguments ? carryOut<true>(alphabet, at, stop, arguments)
-                                       : carryOut<false>(alphabet, at, stop, arguments);
+            if (alphabet.hasArguments)
+                at = carryOut<true, false>(alphabet, at, stop, arguments);
+            else if (alphabet.isFlat && !settings_.tropism)
+                at = carryOut<false, true>(alphabet, at, stop, arguments);
+            else
+                at = carryOut<false, false>(alphabet, at, stop, arguments);
             if (state_.depth < state_.cutDepth)
                 state_.cut = false;
             if (bends_)
@@ -116,7 +119,7 @@ private:
 
     /// Carries out modules as long as they are of the common kind; returns where it stopped, with `arguments` moved on
     /// likewise. While a branch is cut it is given brackets only.
-    template <bool kHasArguments>
+    template <bool kHasArguments, bool kIsFlat>
     const LetterId* carryOut(const TurtleAlphabet& alphabet, const LetterId* at, const LetterId* end,
                              const double*& givenArguments)
     {
@@ -129,7 +132,7 @@ private:
         std::size_t unsaved = state_.unsaved;
         Pen pen = pen_;
         const double* arguments = givenArguments;
-        const double step = settings_.stepLength;
+        const simd::Two step = {settings_.stepLength, settings_.stepLength};
         const bool bends = settings_.tropism.has_value();
         const bool collects = pen.collectsCorners();
         TurtleBracket* const brackets = scratch_.brackets.data();
@@ -139,12 +142,21 @@ private:
         const simd::FourInts farthest = farthestBits();
         simd::Four here = simd::toFloats(frame.position.low, frame.position.high);
 
+        const auto copyFrame = [](TurtleFrame& to, const TurtleFrame& from) ESPALIER_INLINE {
+            to.heading = from.heading;
+            to.left = from.left;
+            if constexpr (!kIsFlat)
+                to.up = from.up;
+            to.position = from.position;
+        };
+        // The frame is about to change: the brackets that have it keep it.
         const auto save = [&]() ESPALIER_INLINE {
             if (unsaved == depth)
                 return;
-            frames[unsaved] = frame;
+            copyFrame(frames[unsaved], frame);
             unsaved = depth;
         };
+        // The turns counted so far, before something depends on them.
         const auto face = [&]() ESPALIER_INLINE {
             if (yaw == 0)
                 return true;
@@ -154,12 +166,13 @@ private:
             yaw = 0;
             return true;
         };
-        const auto advance = [&](double length, bool draws) ESPALIER_INLINE {
-            if (draws ? !pen.hasRoom(collects) : collects && pen.isFullOfCorners()) [[unlikely]]
+        const auto advance = [&](const double* parameter, bool draws) ESPALIER_INLINE {
+            if (!pen.hasRoom(draws, collects)) [[unlikely]]
                 return false;
             save();
             if (!face())
                 return false;
+            const simd::Two length = parameter ? simd::Two{*parameter, *parameter} : step;
             TurtleVector position = frame.position;
             position.low += frame.heading.low * length;
             position.high += frame.heading.high * length;
@@ -169,35 +182,34 @@ private:
             frame.position = position;
             pen.reach(position);
             if (draws)
-                segment = pen.segment(frame, here, there, length, segment, material);
+                segment = pen.segment(frame, here, there, length[0], segment, material);
             if (collects)
                 pen.corner(there);
             here = there;
             return true;
         };
-        const auto turn = [&](TurtleVector& a, TurtleVector& b, const double* parameter, std::uint32_t unit)
-                              ESPALIER_INLINE {
-                                  if (!parameter)
-                                  {
-                                      if (mostYaw == 0)
-                                          return true;
-                                      save();
-                                      if (!face())
-                                          return false;
-                                      rotate(a, b, turns_[unit]);
-                                      return true;
-                                  }
-                                  if (*parameter == 0)
-                                      return true;
-                                  const TurtleTurn* values = scratch_.turns.find(*parameter);
-                                  if (!values) [[unlikely]]
-                                      return false;
-                                  save();
-                                  if (!face())
-                                      return false;
-                                  rotate(a, b, unit == kLeft ? *values : TurtleTurn{-values->sine, values->cosine});
-                                  return true;
-                              };
+        const auto turn = [&](auto& a, auto& b, const double* parameter, std::uint32_t unit) ESPALIER_INLINE {
+            if (!parameter)
+            {
+                if (mostYaw == 0)
+                    return true;
+                save();
+                if (!face())
+                    return false;
+                rotate(a, b, turns_[unit]);
+                return true;
+            }
+            if (*parameter == 0)
+                return true;
+            const TurtleTurn* const values = scratch_.turns.find(*parameter);
+            if (!values) [[unlikely]]
+                return false;
+            save();
+            if (!face())
+                return false;
+            rotate(a, b, unit == kLeft ? *values : TurtleTurn{-values->sine, values->cosine});
+            return true;
+        };
 
         const TurtleAlphabet::Step* const single = alphabet.single.data();
         const TurtleAlphabet::Step* const groups = alphabet.groups.data();
@@ -225,16 +237,16 @@ private:
             case Nothing:
                 continue;
             case Draw:
-                goesOn = advance(parameter ? *parameter : step, true);
+                goesOn = advance(parameter, true);
                 if (bends && goesOn) [[unlikely]]
                 {
-                    bends_ = true;
+                    bends_ = true; // which takes trigonometry; the segment is drawn, so it goes on behind it
                     goesOn = false;
                     continue;
                 }
                 break;
             case Move:
-                goesOn = advance(parameter ? *parameter : step, false);
+                goesOn = advance(parameter, false);
                 break;
             case TurnLeft:
                 goesOn = turn(frame.heading, frame.left, parameter, kLeft);
@@ -243,16 +255,16 @@ private:
                 goesOn = turn(frame.heading, frame.left, parameter, kRight);
                 break;
             case PitchDown:
-                goesOn = turn(frame.heading, frame.up, parameter, kRight);
+                goesOn = !kIsFlat && turn(frame.heading, frame.up, parameter, kRight);
                 break;
             case PitchUp:
-                goesOn = turn(frame.heading, frame.up, parameter, kLeft);
+                goesOn = !kIsFlat && turn(frame.heading, frame.up, parameter, kLeft);
                 break;
             case RollLeft:
-                goesOn = turn(frame.left, frame.up, parameter, kRight);
+                goesOn = !kIsFlat && turn(frame.left, frame.up, parameter, kRight);
                 break;
             case RollRight:
-                goesOn = turn(frame.left, frame.up, parameter, kLeft);
+                goesOn = !kIsFlat && turn(frame.left, frame.up, parameter, kLeft);
                 break;
             case Width:
             {
@@ -294,7 +306,7 @@ private:
                 material = brackets[depth].material;
                 if (unsaved <= depth) // nothing has changed the frame since
                     break;
-                frame = frames[brackets[depth].frame];
+                copyFrame(frame, frames[brackets[depth].frame]);
                 unsaved = depth;
                 here = simd::toFloats(frame.position.low, frame.position.high);
                 break;
@@ -309,9 +321,9 @@ private:
                 goesOn = false;
                 break;
             default:
-                __builtin_unreachable();
+                __builtin_unreachable(); // lest every jump is checked
             }
-            if (!goesOn)
+            if (!goesOn) // back to the module that is not carried out
             {
                 --at;
                 if constexpr (kHasArguments)
@@ -389,10 +401,8 @@ private:
         {
         case Draw:
         case Move:
-            if (const bool collects = pen_.collectsCorners(); command == Draw && !pen_.hasRoom(collects))
-                return pen_.makeRoom(collects) ? After::Again : After::Failure;
-            else if (collects && pen_.isFullOfCorners())
-                return pen_.makeRoom(true) ? After::Again : After::Failure;
+            if (!pen_.hasRoom(command == Draw, pen_.collectsCorners()))
+                return pen_.makeRoom() ? After::Again : After::Failure;
             if (state_.yaw == 0)
                 return fail(ErrorKind::Limit,
                             "the plant reaches farther than " + formatNumber(limits_.coordinate) + " m from the origin",
