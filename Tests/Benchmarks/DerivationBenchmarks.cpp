@@ -272,12 +272,14 @@ void drawFractalPlant(benchmark::State& state)
     limits.fileBytes = std::size_t{1} << 30;
     const GrammarProgram program =
         GrammarProgram::make(parseGrammar("axiom: " + text + "\n", "benchmark", limits).value()).value();
+    const TurtleAlphabet alphabet(program);
     std::vector<TurtleSegment> segments(static_cast<std::size_t>(std::ranges::count(text, 'F')));
     DerivationScratch scratch;
     TurtleScratch turtle;
     for (auto _ : state)
     {
-        (void)drawSegments(program, RandomKey(Seed{1}), 0, SegmentReuse::Never, limits, scratch, turtle, segments);
+        (void)drawSegments(program, alphabet, RandomKey(Seed{1}), 0, SegmentReuse::Never, limits, scratch, turtle,
+                           segments);
         benchmark::DoNotOptimize(segments.data());
     }
     state.SetItemsProcessed(state.iterations() * static_cast<std::int64_t>(segments.size()));
@@ -367,6 +369,7 @@ void writeSegments(benchmark::State& state)
 void growSegments(benchmark::State& state, const char* text, SegmentReuse reuse)
 {
     const GrammarProgram program = programOf(text);
+    const TurtleAlphabet alphabet(program);
     const Limits limits = generous();
     DerivationScratch scratch;
     TurtleScratch turtle;
@@ -374,7 +377,8 @@ void growSegments(benchmark::State& state, const char* text, SegmentReuse reuse)
     std::size_t count = 0;
     for (auto _ : state)
     {
-        count = drawSegments(program, RandomKey(Seed{1}), stepsOf(state), reuse, limits, scratch, turtle, segments)
+        count = drawSegments(program, alphabet, RandomKey(Seed{1}), stepsOf(state), reuse, limits, scratch, turtle,
+                             segments)
                     .value_or(0);
         benchmark::DoNotOptimize(segments.data());
     }

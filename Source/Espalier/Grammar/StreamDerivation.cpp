@@ -68,6 +68,19 @@ public:
         return room;
     }
 
+    /// A piece of a word whose arguments are as they stand there. A long one is not copied: it is a run of its own.
+    void appendConstant(const LetterId* letters, std::size_t count, const double* arguments, std::size_t argumentCount)
+    {
+        if (count < kWorthPassing || stopped_)
+        {
+            (void)append(letters, count, arguments, argumentCount);
+            return;
+        }
+        emitted_ += count;
+        if (flush())
+            stopped_ = !sink_.modules({letters, count}, {arguments, wantsArguments_ ? argumentCount : 0});
+    }
+
     /// One module, its arguments computed; interpreted if it can be. False if that failed.
     bool module(LetterId letter, const double* arguments, RandomKey key, std::uint32_t step)
     {
@@ -108,7 +121,8 @@ public:
     }
 
 private:
-    static constexpr std::size_t kRun = 2048; ///< Letters and arguments: what stays in the nearest cache.
+    static constexpr std::size_t kWorthPassing = 128; ///< Letters.
+    static constexpr std::size_t kRun = 2048;         ///< Letters and arguments: what stays in the nearest cache.
 
     bool single(LetterId letter, const double* arguments, std::size_t arity)
     {
@@ -240,9 +254,12 @@ private:
         const double* arguments = code_.arguments.data() + word.firstArgument + firstArgument;
         if (!writer_.interprets())
         {
-            double* room = writer_.append(letters, last - first, arguments, argumentCount);
             if (argumentCount == 0 || word.patchCount == 0 || !writer_.wantsArguments())
+            {
+                writer_.appendConstant(letters, last - first, arguments, argumentCount);
                 return true;
+            }
+            double* room = writer_.append(letters, last - first, arguments, argumentCount);
             ExpressionScope scope = scopeOf(frame);
             return computeArguments(code_, word, first, last, frame.nextPatch, scope, room) || failNotFinite(frame);
         }
@@ -271,9 +288,9 @@ private:
         if (expands_)
             if (const auto* expansion = program_.expansion(letter, bounds_.steps - frame.depth))
             {
-                (void)writer_.append(code_.expandedLetters.data() + expansion->firstLetter, expansion->letterCount,
-                                     code_.expandedArguments.data() + expansion->firstArgument,
-                                     expansion->argumentCount);
+                writer_.appendConstant(code_.expandedLetters.data() + expansion->firstLetter, expansion->letterCount,
+                                       code_.expandedArguments.data() + expansion->firstArgument,
+                                       expansion->argumentCount);
                 ++applied_;
                 return true;
             }

@@ -4,6 +4,7 @@
 #include <Espalier/Turtle/TurtleKernel.h>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace espalier {
 
@@ -33,13 +34,11 @@ public:
         index_ += static_cast<std::uint32_t>(count);
     }
 
-    [[nodiscard]] bool hasRoom(bool forSegment, bool) const { return !forSegment || next_ != end_; }
-    std::uint32_t segment(const TurtleFrame&, simd::Four start, simd::Four end, double, std::uint32_t parent,
-                          std::uint16_t)
+    std::uint32_t segment(const TurtleStroke& stroke, std::uint32_t parent, std::uint16_t)
     {
         // Radius and parent stand where the fourth elements do.
-        simd::store(&next_->start, start);
-        simd::store(&next_->end, end);
+        simd::store(&next_->start, stroke.start);
+        simd::store(&next_->end, stroke.end);
         next_->parent = parent;
         ++next_;
         return index_++;
@@ -68,13 +67,13 @@ public:
     }
     [[nodiscard]] bool hasPolygon() const { return polygons > 0; }
     static bool mark(const TurtleVector&) { return true; }
-    bool endPolygon(const TurtleState&)
+    bool endPolygon(const TurtlePlace&)
     {
         --polygons;
         return true;
     }
-    static bool sphere(const TurtleState&, double) { return true; }
-    static bool organ(const TurtleState&, std::uint32_t, double) { return true; }
+    static bool sphere(const TurtlePlace&, double) { return true; }
+    static bool organ(const TurtlePlace&, const TurtleAxes&, std::uint32_t, double) { return true; }
 
 private:
     bool fail(ErrorKind kind, std::string what, std::string expected)
@@ -94,38 +93,34 @@ private:
 /// The turtle's side of drawSegments.
 struct Drawing
 {
-    Drawing(const GrammarProgram& program, const Limits& givenLimits, TurtleScratch& givenScratch,
-            std::span<TurtleSegment> buffer, const SegmentConsumer& consumer)
-        : alphabet(program), settings(turtleSettings(program.grammar())), limits(givenLimits), scratch(givenScratch),
-          turns(settings.angleDegrees), pen(buffer, consumer, error)
+    using Kernel = TurtleKernel<SegmentPen>;
+
+    Drawing(const GrammarProgram& program, const TurtleAlphabet& givenAlphabet, const Limits& givenLimits,
+            TurtleScratch& givenScratch, std::span<TurtleSegment> buffer, const SegmentConsumer& consumer)
+        : alphabet(givenAlphabet), settings(turtleSettings(program.grammar())), limits(givenLimits),
+          scratch(givenScratch), pen(buffer, consumer, error)
     {
-        state.frame.position.high[1] = 0.5 * settings.width;
+        scratch.begin(settings.angleDegrees);
+        scratch.places[0].position.high[1] = 0.5 * settings.width;
     }
+
+    [[nodiscard]] TurtlePlace& place() const { return scratch.places[state.depth]; }
+    Kernel kernel() { return {settings, limits, scratch, state, pen}; }
 
     bool apply(std::span<const LetterId> letters, const double* arguments)
     {
-        Kernel kernel(settings, limits, turns, scratch, state, pen);
-        if (kernel.run(alphabet, letters, arguments) == letters.size())
+        Kernel turtle = kernel();
+        if (turtle.run(alphabet, letters, arguments) == letters.size())
             return true;
-        if (!kernel.error.what.empty())
-            error = kernel.error;
+        if (!turtle.error.what.empty())
+            error = turtle.error;
         return false;
     }
 
-    /// Makes the frame ready to be read and changed from outside.
-    void prepareFrame()
-    {
-        Kernel kernel(settings, limits, turns, scratch, state, pen);
-        kernel.faceAhead();
-        kernel.saveFrame();
-    }
-
-    using Kernel = TurtleKernel<SegmentPen>;
-    TurtleAlphabet alphabet;
+    const TurtleAlphabet& alphabet;
     TurtleSettings settings;
     const Limits& limits;
     TurtleScratch& scratch;
-    TurtleTurns turns;
     Error error;
     SegmentPen pen;
     TurtleState state;
@@ -217,9 +212,11 @@ private:
         bool isWorthCopying = false;
         std::size_t first = 0;
         std::size_t count = 0;
-        TurtleState entry;
-        TurtleState exit;
-        double reach = 0; ///< Farthest of its points from where it began, metres.
+        TurtlePlace entry, exit;
+        TurtleAxes entryAxes;   ///< With the turns of `entry`.
+        TurtleAxes exitAxes;    ///< From which the turns of `exit` are counted.
+        bool keepsAxes = false; ///< It turned by counted turns alone.
+        double reach = 0;       ///< Farthest of its points from where it began, metres.
     };
 
     /// Fewer segments than this are drawn faster than copied.
@@ -229,12 +226,12 @@ private:
 
     bool expand(LetterId letter, std::uint32_t steps)
     {
-        drawing_.prepareFrame();
         const std::size_t at = letter * width_ + steps;
         if (expansions_[at].isWorthCopying && reachesInside(expansions_[at]))
             return copy(expansions_[at]);
         const std::size_t first = drawing_.pen.count();
-        const TurtleState entry = drawing_.state;
+        const TurtlePlace entry = drawing_.place();
+        const TurtleAxes from = drawing_.scratch.axes[entry.axes];
         const GrammarProgram::Word& word = code_.words[code_.fixedRule[letter] + 1];
         if (!draw(std::span(code_.letters).subspan(word.firstLetter, word.letterCount),
                   code_.arguments.data() + word.firstArgument, steps - 1))
@@ -243,10 +240,13 @@ private:
         Expansion& expansion = expansions_[at];
         if (expansion.isWorthCopying || count < kWorthCopying || count > kMostCopied)
             return true;
-        expansion = {true, first, count, entry, drawing_.state, 0};
+        const TurtlePlace& exit = drawing_.place();
+        expansion = {true, first, count, entry, exit, from, drawing_.scratch.axes[exit.axes], false, 0};
+        expansion.keepsAxes = std::memcmp(&from, &expansion.exitAxes, sizeof(from)) == 0;
+        drawing_.scratch.unitTurns.by(entry.yaw).apply(expansion.entryAxes.heading, expansion.entryAxes.left);
         for (const TurtleSegment& segment : buffer_.subspan(first, count))
             for (const Vec3& point : {segment.start, segment.end})
-                expansion.reach = std::max(expansion.reach, glm::length(DVec3(point) - DVec3(entry.frame.position)));
+                expansion.reach = std::max(expansion.reach, glm::length(DVec3(point) - DVec3(entry.position)));
         return true;
     }
 
@@ -276,7 +276,7 @@ private:
 
     bool reachesInside(const Expansion& expansion) const
     {
-        const DVec3 p(drawing_.state.frame.position);
+        const DVec3 p(drawing_.place().position);
         const double room = drawing_.limits.coordinate - 1.0001 * expansion.reach - 0.001;
         return std::abs(p.x) <= room && std::abs(p.y) <= room && std::abs(p.z) <= room;
     }
@@ -287,28 +287,31 @@ private:
         SegmentPen& pen = drawing_.pen;
         if (expansion.count > pen.room())
             return pen.makeRoom();
-        TurtleState& now = drawing_.state;
-        const TurtleState& then = expansion.entry;
-        const TurtleState& exit = expansion.exit;
-        // nowFromThen: each basis vector of then goes to that of now.
-        const auto turned = [heading = DVec3(now.frame.heading), left = DVec3(now.frame.left), up = DVec3(now.frame.up),
-                             &then](const DVec3& v) {
-            return heading * glm::dot(DVec3(then.frame.heading), v) + left * glm::dot(DVec3(then.frame.left), v) +
-                   up * glm::dot(DVec3(then.frame.up), v);
+        TurtlePlace& now = drawing_.place();
+        const TurtlePlace& exit = expansion.exit;
+        // Each axis of then goes to that of now.
+        const auto turned = [&then = expansion.entryAxes, facing = drawing_.kernel().axesNow()](const DVec3& v) {
+            return DVec3(facing.heading) * glm::dot(DVec3(then.heading), v) +
+                   DVec3(facing.left) * glm::dot(DVec3(then.left), v) + DVec3(facing.up) * glm::dot(DVec3(then.up), v);
         };
-        const DVec3 moved = DVec3(now.frame.position) - turned(DVec3(then.frame.position));
+        const DVec3 moved = DVec3(now.position) - turned(DVec3(expansion.entry.position));
         const Vec3 columns[3] = {Vec3(turned({1, 0, 0})), Vec3(turned({0, 1, 0})), Vec3(turned({0, 0, 1}))};
         const auto shift = static_cast<std::uint32_t>(pen.count() - expansion.first);
         copySegments(buffer_.subspan(expansion.first, expansion.count), static_cast<std::uint32_t>(expansion.first),
                      buffer_.data() + pen.count(), columns, Vec3(moved), shift, now.segment);
-        const double radius = now.frame.radius();
-        const DVec3 position = turned(DVec3(exit.frame.position)) + moved;
-        now.frame = {TurtleVector(turned(DVec3(exit.frame.heading))), TurtleVector(turned(DVec3(exit.frame.left))),
-                     TurtleVector(turned(DVec3(exit.frame.up))),
-                     TurtleVector(position.x, position.y, position.z, radius)};
-        now.yaw = exit.yaw;
-        if (exit.segment != then.segment)
+        const DVec3 position = turned(DVec3(exit.position)) + moved;
+        now.position = TurtleVector(position.x, position.y, position.z, now.radius());
+        if (exit.segment != expansion.entry.segment)
             now.segment = exit.segment + shift;
+        if (expansion.keepsAxes)
+            now.yaw += exit.yaw - expansion.entry.yaw;
+        else
+        {
+            drawing_.kernel().setAxes({TurtleVector(turned(DVec3(expansion.exitAxes.heading))),
+                                       TurtleVector(turned(DVec3(expansion.exitAxes.left))),
+                                       TurtleVector(turned(DVec3(expansion.exitAxes.up)))});
+            now.yaw = exit.yaw;
+        }
         pen.skip(expansion.count);
         return true;
     }
@@ -339,12 +342,12 @@ Expected<void> derive(const GrammarProgram& program, RandomKey key, std::uint32_
 
 } // namespace
 
-Expected<std::size_t> drawSegments(const GrammarProgram& program, RandomKey key, std::uint32_t steps,
-                                   SegmentReuse reuse, const Limits& limits, DerivationScratch& derivationScratch,
-                                   TurtleScratch& turtleScratch, std::span<TurtleSegment> buffer,
-                                   const SegmentConsumer& consumer)
+Expected<std::size_t> drawSegments(const GrammarProgram& program, const TurtleAlphabet& alphabet, RandomKey key,
+                                   std::uint32_t steps, SegmentReuse reuse, const Limits& limits,
+                                   DerivationScratch& derivationScratch, TurtleScratch& turtleScratch,
+                                   std::span<TurtleSegment> buffer, const SegmentConsumer& consumer)
 {
-    Drawing drawing(program, limits, turtleScratch, buffer, consumer);
+    Drawing drawing(program, alphabet, limits, turtleScratch, buffer, consumer);
     if (reuse == SegmentReuse::WhereItCan && !consumer && ReusingDrawer::suits(program, steps, drawing))
     {
         if (auto priced = checkPrice(program, steps, limits); !priced)

@@ -37,15 +37,16 @@ enum class SegmentReuse : std::uint8_t
 /// segment of all.
 using SegmentConsumer = std::function<bool(std::span<const TurtleSegment>)>;
 
-/// Derives `program` by `steps` steps (interpreted) and draws it into `buffer`; returns the number of segments. Memory
-/// beyond the buffer is proportional to the depth of the derivation, for grammars without contexts. Polygons, spheres
-/// and organs draw nothing here.
+/// Derives `program`, of which `alphabet` is, by `steps` steps (interpreted) and draws it into `buffer`; returns the
+/// number of segments. Memory beyond the buffer is proportional to the depth of the derivation, for grammars without
+/// contexts. Polygons, spheres and organs draw nothing here.
 ///
 /// Fails with Limit if the buffer is too small and there is no `consumer`, or as Turtle and streamWord do; with
 /// Cancelled if the consumer stops it. What the buffer then holds is not defined. With a consumer nothing is reused.
-[[nodiscard]] Expected<std::size_t> drawSegments(const GrammarProgram& program, RandomKey key, std::uint32_t steps,
-                                                 SegmentReuse reuse, const Limits& limits,
-                                                 DerivationScratch& derivationScratch, TurtleScratch& turtleScratch,
-                                                 std::span<TurtleSegment> buffer, const SegmentConsumer& consumer = {});
+[[nodiscard]] Expected<std::size_t> drawSegments(const GrammarProgram& program, const TurtleAlphabet& alphabet,
+                                                 RandomKey key, std::uint32_t steps, SegmentReuse reuse,
+                                                 const Limits& limits, DerivationScratch& derivationScratch,
+                                                 TurtleScratch& turtleScratch, std::span<TurtleSegment> buffer,
+                                                 const SegmentConsumer& consumer = {});
 
 } // namespace espalier

@@ -7,7 +7,6 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
-#include <cstring>
 #include <string>
 #include <utility>
 
@@ -15,29 +14,35 @@
 
 namespace espalier {
 
+/// A line that the turtle draws.
+struct TurtleStroke
+{
+    simd::Four start, end; ///< Position, metres, with the radius.
+    TurtleVector heading, left;
+    double length; ///< Metres; less than 0 for a step backwards.
+};
+
 /// What a turtle does with words: the commands, whatever the pen makes of what is drawn.
 ///
-/// The state is kept in registers while commands follow each other that need no more than arithmetic (carryOut, with
-/// no call in it). Anything else leaves that loop: there the state is in memory, and afterwards the loop goes on with
-/// the same module or the next (exceptional). Each command has its one place in either.
+/// Commands that need no more than arithmetic are carried out in one loop, with all that they change in registers
+/// (carryOut, Registers). What takes more ends that loop, and is done with the state in memory (exceptional).
 ///
 /// A Pen is a small value that is copied into that loop and back. It has
-///   bool hasRoom(bool segment, bool corner)   for one more
-///   std::uint32_t segment(const TurtleFrame&, Four start, Four end, double length, std::uint32_t parent,
-///                         std::uint16_t material)   its index; start and end are positions with the radius
-///   void reach(const TurtleVector& position), corner(Four position), widthSet()
-///   bool collectsCorners()
-/// and for commands outside of the loop, with false where it has failed and told why:
-///   bool makeRoom(), beginPolygon(), mark(const TurtleVector&), endPolygon(const TurtleState&),
-///        sphere(const TurtleState&, double), organ(const TurtleState&, std::uint32_t which, double size)
+///   bool collectsCorners(); std::size_t room()   for so many segments, each with a corner if it collects them
+///   std::uint32_t segment(const TurtleStroke&, std::uint32_t parent, std::uint16_t material)   its index
+///   void reach(const TurtleVector& position), corner(simd::Four position), widthSet()
 ///   bool hasPolygon()
+/// and, false where it has failed and told why:
+///   bool makeRoom(), beginPolygon(), mark(const TurtleVector&), endPolygon(const TurtlePlace&),
+///        sphere(const TurtlePlace&, double radius),
+///        organ(const TurtlePlace&, const TurtleAxes&, std::uint32_t which, double size)
 template <class Pen>
 class TurtleKernel
 {
 public:
-    TurtleKernel(const TurtleSettings& settings, const Limits& limits, const TurtleTurns& turns, TurtleScratch& scratch,
-                 TurtleState& state, Pen& pen)
-        : settings_(settings), limits_(limits), turns_(turns), scratch_(scratch), state_(state), pen_(pen)
+    TurtleKernel(const TurtleSettings& settings, const Limits& limits, TurtleScratch& scratch, TurtleState& state,
+                 Pen& pen)
+        : settings_(settings), limits_(limits), scratch_(scratch), state_(state), pen_(pen)
     {}
 
     Error error; ///< Set when a module failed and the pen has not.
@@ -47,315 +52,311 @@ public:
     {
         const LetterId* at = letters.data();
         const LetterId* const end = at + letters.size();
-        for (;;)
+        while (at != end)
         {
-            const LetterId* stop = end;
-            if (at != end && (state_.cut || state_.organ)) [[unlikely]]
+            const bool isApart = state_.cut || state_.organ;
+            if (!isApart) [[likely]]
             {
-                const double* const parameter = alphabet.arities[*at] > 0 ? arguments : nullptr;
-                const After after = apart(alphabet.commands[*at], parameter, alphabet.symbols[*at]);
-                if (after == After::Failure)
-                    return static_cast<std::size_t>(at - letters.data());
-                if (after == After::Next)
+                const LetterId* const from = at;
+                const LetterId* const stop = stopOf(alphabet, at, end);
+                at = alphabet.hasArguments ? carryOut<true>(alphabet, at, stop, arguments)
+                                           : carryOut<false>(alphabet, at, stop, arguments);
+                if (at == stop && at != from)
                 {
-                    arguments += alphabet.arities[*at++];
+                    if (settings_.tropism && alphabet.commands[at[-1]] == TurtleCommand::Draw)
+                        bend();
                     continue;
                 }
-                stop = at + 1;
             }
-            if (state_.depth == scratch_.brackets.size())
-                growStack();
-            if (alphabet.hasArguments)
-                at = carryOut<true, false>(alphabet, at, stop, arguments);
-            else if (alphabet.isFlat && !settings_.tropism)
-                at = carryOut<false, true>(alphabet, at, stop, arguments);
-            else
-                at = carryOut<false, false>(alphabet, at, stop, arguments);
-            if (state_.depth < state_.cutDepth)
-                state_.cut = false;
-            if (bends_)
-                bend();
-            else if (at == end)
-                return letters.size();
-            else if (at != stop)
-            {
-                const double* const parameter = alphabet.arities[*at] > 0 ? arguments : nullptr;
-                const After after = exceptional(alphabet.commands[*at], parameter);
-                if (after == After::Failure)
-                    return static_cast<std::size_t>(at - letters.data());
-                if (after == After::Next)
-                    arguments += alphabet.arities[*at++];
-            }
+            const TurtleCommand command = alphabet.commands[*at];
+            const double* const parameter = alphabet.arities[*at] > 0 ? arguments : nullptr;
+            const After after =
+                isApart ? apart(command, parameter, alphabet.symbols[*at]) : exceptional(command, parameter);
+            if (after == After::Failure)
+                return static_cast<std::size_t>(at - letters.data());
+            if (after == After::Next)
+                arguments += alphabet.arities[*at++];
         }
+        return letters.size();
     }
 
-    /// Carries out the turns that are only counted so far.
-    void faceAhead()
+    /// The axes with the turns that are only counted so far.
+    [[nodiscard]] TurtleAxes axesNow() const
     {
-        if (state_.yaw == 0)
-            return;
-        saveFrame();
-        if (settings_.angleDegrees != 0) // exactly nothing, so that leaving out a turn by 0 changes no bit
-            rotate(state_.frame.heading, state_.frame.left, turnBy(state_.yaw));
-        state_.yaw = 0;
+        TurtleAxes axes = scratch_.axes[place().axes];
+        scratch_.unitTurns.by(place().yaw).apply(axes.heading, axes.left);
+        return axes;
     }
 
-    /// Saves the frame for the brackets that have it, before it is changed.
-    void saveFrame()
+    /// Turns to `axes`; brackets that share the present ones keep those.
+    void setAxes(const TurtleAxes& axes)
     {
-        if (state_.unsaved == state_.depth)
-            return;
-        scratch_.frames[state_.unsaved] = state_.frame;
-        state_.unsaved = state_.depth;
+        const bool areShared = state_.depth > 0 && (&place())[-1].axes == place().axes;
+        place().axes += areShared;
+        scratch_.axes[place().axes] = axes;
+        place().yaw = 0;
     }
+
+    [[nodiscard]] TurtlePlace& place() const { return scratch_.places[state_.depth]; }
 
 private:
     enum class After
     {
         Next,    ///< It is carried out.
-        Again,   ///< Now it can be, by carryOut.
+        Again,   ///< Now carryOut can.
         Failure, ///< `error` or the pen tells.
     };
 
-    /// Carries out modules as long as they are of the common kind; returns where it stopped, with `arguments` moved on
-    /// likewise. While a branch is cut it is given brackets only.
-    template <bool kHasArguments, bool kIsFlat>
-    const LetterId* carryOut(const TurtleAlphabet& alphabet, const LetterId* at, const LetterId* end,
-                             const double*& givenArguments)
+    /// `at` + `letters`, by branches: the processor guesses those, and reads the next letters meanwhile; for a sum it
+    /// would have to wait (value speculation).
+    ESPALIER_INLINE static const LetterId* past(const LetterId* at, std::uint8_t letters)
     {
-        using enum TurtleCommand;
-        TurtleFrame frame = state_.frame;
-        std::uint32_t yaw = state_.yaw;
-        std::uint32_t segment = state_.segment;
-        std::uint16_t material = state_.material;
-        std::size_t depth = state_.depth;
-        std::size_t unsaved = state_.unsaved;
-        Pen pen = pen_;
-        const double* arguments = givenArguments;
-        const simd::Two step = {settings_.stepLength, settings_.stepLength};
-        const bool bends = settings_.tropism.has_value();
-        const bool collects = pen.collectsCorners();
-        TurtleBracket* const brackets = scratch_.brackets.data();
-        TurtleFrame* const frames = scratch_.frames.data();
-        const std::size_t room = std::min<std::size_t>(scratch_.brackets.size(), limits_.bracketDepth);
-        const std::uint32_t mostYaw = settings_.angleDegrees != 0 ? TurtleTurns::kMost : 0;
-        const simd::FourInts farthest = farthestBits();
-        simd::Four here = simd::toFloats(frame.position.low, frame.position.high);
+        static_assert(TurtleAlphabet::kGroup == 3);
+        if (letters == 1)
+            return opaque(at + 1);
+        if (letters == 2)
+            return opaque(at + 2);
+        return opaque(at + 3);
+    }
+    /// `at`, but the compiler cannot tell: otherwise it would see that the branches are one sum.
+    ESPALIER_INLINE static const LetterId* opaque(const LetterId* at)
+    {
+        asm("" : "+r"(at));
+        return at;
+    }
 
-        const auto copyFrame = [](TurtleFrame& to, const TurtleFrame& from) ESPALIER_INLINE {
-            to.heading = from.heading;
-            to.left = from.left;
-            if constexpr (!kIsFlat)
-                to.up = from.up;
-            to.position = from.position;
-        };
-        // The frame is about to change: the brackets that have it keep it.
-        const auto save = [&]() ESPALIER_INLINE {
-            if (unsaved == depth)
-                return;
-            copyFrame(frames[unsaved], frame);
-            unsaved = depth;
-        };
-        // The turns counted so far, before something depends on them.
-        const auto face = [&]() ESPALIER_INLINE {
-            if (yaw == 0)
-                return true;
-            if (yaw + mostYaw > 2 * mostYaw) [[unlikely]]
+    /// What the loop over the modules works on, and how the common commands change it. Nothing has changed where they
+    /// return false, because it takes more.
+    struct Registers
+    {
+        explicit Registers(TurtleKernel& kernel, const LetterId* firstLetter, const double* firstArgument)
+            : at(firstLetter), arguments(firstArgument), pen(kernel.pen_), bottom(kernel.scratch_.places.data()),
+              top(bottom + kernel.state_.depth), position(top->position), here(position), yaw(top->yaw),
+              segment(top->segment), axes(kernel.scratch_.axes.data()), unitTurns(kernel.scratch_.unitTurns),
+              turns(kernel.scratch_.turns), stepLength{kernel.settings_.stepLength, kernel.settings_.stepLength},
+              coordinate(kernel.limits_.coordinate), farthest(kernel.farthestBits()), collects(pen.collectsCorners())
+        {
+            const std::size_t room = std::min<std::size_t>(kernel.scratch_.places.size(), kernel.limits_.bracketDepth);
+            last = bottom + std::max<std::size_t>(room, 1) - 1;
+        }
+
+        const LetterId* at;
+        const double* arguments;
+        Pen pen;
+        TurtlePlace* bottom; ///< Of the stack of places.
+        TurtlePlace* last;   ///< Where it is full.
+        TurtlePlace* top;    ///< The place of now, but for these:
+        TurtleVector position;
+        simd::Four here; ///< The position, rounded.
+        std::uint32_t yaw;
+        std::uint32_t segment;
+        TurtleAxes* axes;
+        const TurtleTurns& unitTurns;
+        const TurnCache& turns;
+        simd::Two stepLength;
+        double coordinate; ///< The limit.
+        simd::FourInts farthest;
+        bool collects;
+
+        void store() const
+        {
+            top->position = position;
+            top->yaw = yaw;
+            top->segment = segment;
+        }
+
+        ESPALIER_INLINE bool advance(const double* parameter, bool draws)
+        {
+            if (!TurtleTurns::has(yaw)) [[unlikely]]
                 return false;
-            rotate(frame.heading, frame.left, turns_[yaw]);
-            yaw = 0;
-            return true;
-        };
-        const auto advance = [&](const double* parameter, bool draws) ESPALIER_INLINE {
-            if (!pen.hasRoom(draws, collects)) [[unlikely]]
-                return false;
-            save();
-            if (!face())
-                return false;
-            const simd::Two length = parameter ? simd::Two{*parameter, *parameter} : step;
-            TurtleVector position = frame.position;
-            position.low += frame.heading.low * length;
-            position.high += frame.heading.high * length;
-            const simd::Four there = simd::toFloats(position.low, position.high);
+            const simd::Two length = parameter ? simd::Two{*parameter, *parameter} : stepLength;
+            const TurtleTurn& turn = unitTurns[yaw];
+            const TurtleAxes& from = axes[top->axes];
+            const TurtleVector heading = turn.towards(from.heading, from.left);
+            const TurtleVector next = position + heading * length;
+            const simd::Four there(next);
             if (isOutside(there, farthest)) [[unlikely]]
                 return false;
-            frame.position = position;
+            position = next;
             pen.reach(position);
             if (draws)
-                segment = pen.segment(frame, here, there, length[0], segment, material);
+            {
+                const TurtleVector left = turn.back().towards(from.left, from.heading);
+                segment = pen.segment({here, there, heading, left, length[0]}, segment, top->material);
+            }
             if (collects)
                 pen.corner(there);
             here = there;
             return true;
-        };
-        const auto turn = [&](auto& a, auto& b, const double* parameter, std::uint32_t unit) ESPALIER_INLINE {
-            if (!parameter)
-            {
-                if (mostYaw == 0)
-                    return true;
-                save();
-                if (!face())
-                    return false;
-                rotate(a, b, turns_[unit]);
-                return true;
-            }
-            if (*parameter == 0)
-                return true;
-            const TurtleTurn* const values = scratch_.turns.find(*parameter);
-            if (!values) [[unlikely]]
-                return false;
-            save();
-            if (!face())
-                return false;
-            rotate(a, b, unit == kLeft ? *values : TurtleTurn{-values->sine, values->cosine});
-            return true;
-        };
+        }
 
-        const TurtleAlphabet::Step* const single = alphabet.single.data();
-        const TurtleAlphabet::Step* const groups = alphabet.groups.data();
-        constexpr std::ptrdiff_t kRead = TurtleAlphabet::kGroupRead;
-        // In a group brackets may come and go unseen: not where there is no room for them.
-        const bool areGroups = !alphabet.groups.empty() && end - at >= kRead && depth < room;
-        const LetterId* lastGroup = areGroups ? end - (kRead - 1) : at;
-        for (bool goesOn = true; goesOn;)
+        /// Turns one axis towards another, or away from it.
+        ESPALIER_INLINE bool turn(TurtleVector TurtleAxes::*axis, TurtleVector TurtleAxes::*other, bool isAway,
+                                  const double* degrees)
         {
-            if (at >= lastGroup && at == end) [[unlikely]]
-                break;
-            const TurtleAlphabet::Step* const group =
-                at < lastGroup ? groups + TurtleAlphabet::groupAt(at) : single + *at;
-            at = past(at, group->letters);
-            yaw += static_cast<std::uint32_t>(group->yaw);
+            if (degrees && *degrees == 0)
+                return true;
+            const TurtleTurn* const by = degrees ? turns.find(*degrees) : &unitTurns[1];
+            if (!by || !TurtleTurns::has(yaw)) [[unlikely]]
+                return false;
+            TurtleAxes turned = axes[top->axes];
+            if (yaw != 0)
+                unitTurns[yaw].apply(turned.heading, turned.left);
+            (isAway ? by->back() : *by).apply(turned.*axis, turned.*other);
+            top->axes += top != bottom && top[-1].axes == top->axes;
+            yaw = 0;
+            axes[top->axes] = turned;
+            return true;
+        }
+
+        ESPALIER_INLINE bool setWidth(const double* diameter)
+        {
+            const double radius = diameter ? 0.5 * std::abs(*diameter) : 0.7 * position.high[1];
+            if (!(2 * radius <= coordinate))
+                return false;
+            position.high[1] = radius;
+            here = simd::Four(position);
+            pen.widthSet();
+            return true;
+        }
+
+        ESPALIER_INLINE bool setMaterial(const double* index)
+        {
+            if (index && !std::isfinite(*index))
+                return false;
+            top->material = index ? static_cast<std::uint16_t>(std::clamp(*index, 0.0, 65535.0))
+                                  : static_cast<std::uint16_t>(top->material + (top->material < 65535));
+            return true;
+        }
+
+        ESPALIER_INLINE bool push()
+        {
+            if (top >= last)
+                return false;
+            store();
+            top[1].axes = top->axes;
+            top[1].material = top->material;
+            ++top;
+            return true;
+        }
+
+        ESPALIER_INLINE bool pop()
+        {
+            if (top == bottom)
+                return false;
+            --top;
+            position = top->position;
+            yaw = top->yaw;
+            segment = top->segment;
+            here = simd::Four(position);
+            return true;
+        }
+
+        /// Carries out the letters of a step; false if the last of them takes more.
+        template <bool kHasArguments>
+        ESPALIER_INLINE bool perform(const TurtleAlphabet::Step& step)
+        {
+            using enum TurtleCommand;
+            using Axes = TurtleAxes;
+            yaw += static_cast<std::uint32_t>(std::int32_t{step.yaw});
             const double* parameter = nullptr;
             if constexpr (kHasArguments)
             {
-                arguments += group->arguments;
-                const std::uint8_t arity = alphabet.arities[at[-1]];
-                parameter = arity > 0 ? arguments - arity : nullptr;
+                arguments += step.arguments;
+                parameter = step.arity > 0 ? arguments - step.arity : nullptr;
             }
-            switch (group->command)
+            at = past(at, step.letters);
+            // What words are made of by branches: they are guessed better than the one jump of a switch.
+            if (step.command == Draw)
+                return advance(parameter, true);
+            if (step.command == Push)
+                return push();
+            if (step.command == Pop)
+                return pop();
+            if (step.command == Nothing)
+                return true;
+            switch (step.command)
             {
-            case Nothing:
-                continue;
-            case Draw:
-                goesOn = advance(parameter, true);
-                if (bends && goesOn) [[unlikely]]
-                {
-                    bends_ = true; // which takes trigonometry; the segment is drawn, so it goes on behind it
-                    goesOn = false;
-                    continue;
-                }
-                break;
             case Move:
-                goesOn = advance(parameter, false);
-                break;
+                return advance(parameter, false);
             case TurnLeft:
-                goesOn = turn(frame.heading, frame.left, parameter, kLeft);
-                break;
+                return turn(&Axes::heading, &Axes::left, false, parameter);
             case TurnRight:
-                goesOn = turn(frame.heading, frame.left, parameter, kRight);
-                break;
-            case PitchDown:
-                goesOn = !kIsFlat && turn(frame.heading, frame.up, parameter, kRight);
-                break;
+                return turn(&Axes::heading, &Axes::left, true, parameter);
             case PitchUp:
-                goesOn = !kIsFlat && turn(frame.heading, frame.up, parameter, kLeft);
-                break;
-            case RollLeft:
-                goesOn = !kIsFlat && turn(frame.left, frame.up, parameter, kRight);
-                break;
+                return turn(&Axes::heading, &Axes::up, false, parameter);
+            case PitchDown:
+                return turn(&Axes::heading, &Axes::up, true, parameter);
             case RollRight:
-                goesOn = !kIsFlat && turn(frame.left, frame.up, parameter, kLeft);
-                break;
+                return turn(&Axes::left, &Axes::up, false, parameter);
+            case RollLeft:
+                return turn(&Axes::left, &Axes::up, true, parameter);
             case Width:
-            {
-                const double radius = parameter ? 0.5 * std::abs(*parameter) : 0.7 * frame.radius();
-                goesOn = 2 * radius <= limits_.coordinate;
-                if (!goesOn)
-                    break;
-                save();
-                frame.position.high[1] = radius;
-                here[3] = static_cast<float>(radius);
-                pen.widthSet();
-                break;
-            }
+                return setWidth(parameter);
             case Material:
-                goesOn = !parameter || std::isfinite(*parameter);
-                if (!parameter)
-                    material = static_cast<std::uint16_t>(material + (material < 65535));
-                else if (goesOn)
-                    material = static_cast<std::uint16_t>(std::clamp(*parameter, 0.0, 65535.0));
-                break;
-            case Push:
-                goesOn = depth < room;
-                if (!goesOn)
-                    break;
-                brackets[depth].frame = static_cast<std::uint32_t>(unsaved);
-                brackets[depth].yaw = yaw;
-                brackets[depth].segment = segment;
-                brackets[depth].material = material;
-                if (++depth == room) [[unlikely]]
-                    lastGroup = at;
-                break;
-            case Pop:
-                goesOn = depth > 0;
-                if (!goesOn)
-                    break;
-                --depth;
-                yaw = brackets[depth].yaw;
-                segment = brackets[depth].segment;
-                material = brackets[depth].material;
-                if (unsaved <= depth) // nothing has changed the frame since
-                    break;
-                copyFrame(frame, frames[brackets[depth].frame]);
-                unsaved = depth;
-                here = simd::toFloats(frame.position.low, frame.position.high);
-                break;
-            case TurnAround:
-            case Level:
-            case Cut:
-            case BeginPolygon:
-            case Corner:
-            case EndPolygon:
-            case Organ:
-            case Sphere:
-                goesOn = false;
-                break;
+                return setMaterial(parameter);
             default:
-                __builtin_unreachable(); // lest every jump is checked
-            }
-            if (!goesOn) // back to the module that is not carried out
-            {
-                --at;
-                if constexpr (kHasArguments)
-                    arguments -= alphabet.arities[*at];
+                return false;
             }
         }
-        state_.frame = frame;
-        state_.yaw = yaw;
-        state_.segment = segment;
-        state_.material = material;
-        state_.depth = depth;
-        state_.unsaved = unsaved;
-        pen_ = pen;
-        givenArguments = arguments;
-        return at;
+    };
+
+    /// Carries out modules as long as they are of the common kind; returns where it stopped, with `arguments` moved on
+    /// likewise. Neither cut nor organ is set; the pen has room for what is drawn.
+    template <bool kHasArguments>
+    const LetterId* carryOut(const TurtleAlphabet& alphabet, const LetterId* begin, const LetterId* end,
+                             const double*& arguments)
+    {
+        Registers now(*this, begin, arguments);
+        bool goesOn = true;
+        // In a group brackets come and go unseen, which takes room for one more.
+        if (!alphabet.groups.empty() && now.top < now.last)
+        {
+            const TurtleAlphabet::Step* const groups = alphabet.groups.data();
+            constexpr std::ptrdiff_t kRead = TurtleAlphabet::kGroupRead;
+            while (goesOn && end - now.at >= kRead)
+                goesOn = now.template perform<kHasArguments>(groups[TurtleAlphabet::groupAt(now.at)]);
+        }
+        while (goesOn && now.at != end)
+            goesOn = now.template perform<kHasArguments>(alphabet.single[*now.at]);
+        if (!goesOn) // back to the module that is not carried out
+            now.arguments -= alphabet.arities[*--now.at];
+        now.store();
+        state_.depth = static_cast<std::size_t>(now.top - now.bottom);
+        pen_ = now.pen;
+        arguments = now.arguments;
+        return now.at;
+    }
+
+    /// Where carryOut has to stop: the pen is full, or a tropism bends what follows a segment.
+    const LetterId* stopOf(const TurtleAlphabet& alphabet, const LetterId* at, const LetterId* end) const
+    {
+        constexpr std::size_t kAmple = 64;
+        const std::size_t room = pen_.room();
+        if (!settings_.tropism && room >= kAmple)
+            return at + std::min(room, static_cast<std::size_t>(end - at)); // a letter draws one segment at most
+        const LetterId* const drawing =
+            std::find_if(at, end, [&](LetterId letter) { return takesRoom(alphabet.commands[letter]); });
+        return drawing == end ? end : drawing + (room > 0);
+    }
+
+    [[nodiscard]] bool takesRoom(TurtleCommand command) const
+    {
+        return command == TurtleCommand::Draw || (command == TurtleCommand::Move && pen_.collectsCorners());
     }
 
     /// The symbol after ~ names an organ, whatever it would do otherwise; only brackets stay brackets. In what is cut
-    /// off only brackets count, and the brace that ends a polygon begun before the cut. `Again` for brackets.
+    /// off only brackets count, and the brace that ends a polygon begun before the cut.
     After apart(TurtleCommand command, const double* parameter, std::uint32_t organ)
     {
         using enum TurtleCommand;
         const bool isName = std::exchange(state_.organ, false);
         if (command == Push || command == Pop)
-            return After::Again;
+            return exceptional(command, parameter);
         if (!state_.cut)
         {
-            faceAhead();
-            return isFinite(parameter) &&
-                           pen_.organ(state_, organ, std::abs(parameter ? *parameter : settings_.stepLength))
-                       ? After::Next
-                       : After::Failure;
+            const double size = std::abs(parameter ? *parameter : settings_.stepLength);
+            return isFinite(parameter) ? orFailure(pen_.organ(place(), axesNow(), organ, size)) : After::Failure;
         }
         if (isName)
             return After::Next;
@@ -369,29 +370,7 @@ private:
         return After::Next;
     }
 
-    /// `at` + `letters`, branching: which letters come next must not wait for a table to tell where they are, and a
-    /// branch is guessed. (Adding takes half as long again.)
-    ESPALIER_INLINE static const LetterId* past(const LetterId* at, std::uint8_t letters)
-    {
-        static_assert(TurtleAlphabet::kGroup == 3);
-        switch (letters)
-        {
-        case 1:
-            at += 1;
-            asm("" : "+r"(at)); // lest the compiler takes the branch away
-            return at;
-        case 2:
-            at += 2;
-            asm("" : "+r"(at));
-            return at;
-        default:
-            at += 3;
-            asm("" : "+r"(at));
-            return at;
-        }
-    }
-
-    /// What carryOut has stopped at: mistakes, rare commands, and what needs memory or trigonometry first.
+    /// What carryOut leaves: mistakes, rare commands, and what needs memory or trigonometry first.
     After exceptional(TurtleCommand command, const double* parameter)
     {
         using enum TurtleCommand;
@@ -401,13 +380,13 @@ private:
         {
         case Draw:
         case Move:
-            if (!pen_.hasRoom(command == Draw, pen_.collectsCorners()))
+            if (takesRoom(command) && pen_.room() == 0)
                 return pen_.makeRoom() ? After::Again : After::Failure;
-            if (state_.yaw == 0)
+            if (TurtleTurns::has(place().yaw))
                 return fail(ErrorKind::Limit,
                             "the plant reaches farther than " + formatNumber(limits_.coordinate) + " m from the origin",
                             "at most the limit coordinate");
-            faceAhead();
+            setAxes(axesNow());
             return After::Again;
         case TurnLeft:
         case TurnRight:
@@ -415,17 +394,19 @@ private:
         case PitchUp:
         case RollLeft:
         case RollRight:
-            faceAhead();
+            if (!TurtleTurns::has(place().yaw))
+                setAxes(axesNow());
             if (parameter)
                 scratch_.turns.add(*parameter);
             return After::Again;
         case TurnAround:
-            faceAhead();
-            saveFrame();
-            rotate(state_.frame.heading, state_.frame.left, TurtleTurn({0, -1}));
+        {
+            TurtleAxes axes = axesNow();
+            TurtleTurn({0, -1}).apply(axes.heading, axes.left);
+            setAxes(axes);
             return After::Next;
+        }
         case Level:
-            faceAhead();
             level();
             return After::Next;
         case Width:
@@ -440,34 +421,34 @@ private:
             if (state_.depth >= limits_.bracketDepth)
                 return fail(ErrorKind::Limit, "brackets nest deeper than " + std::to_string(limits_.bracketDepth),
                             "at most the limit bracketDepth");
-            growStack();
-            return After::Again;
+            scratch_.makeRoom(state_.depth + 2);
+            ++state_.depth;
+            place() = (&place())[-1];
+            return After::Next;
         case Pop:
-            return fail(ErrorKind::BadInput, "`]` without `[`", "balanced brackets");
+            if (state_.depth == 0)
+                return fail(ErrorKind::BadInput, "`]` without `[`", "balanced brackets");
+            --state_.depth;
+            state_.cut = state_.cut && state_.depth >= state_.cutDepth;
+            return After::Next;
         case BeginPolygon:
             return orFailure(pen_.beginPolygon());
         case Corner:
-            return orFailure(pen_.mark(state_.frame.position));
+            return orFailure(pen_.mark(place().position));
         case EndPolygon:
             if (!pen_.hasPolygon())
                 return fail(ErrorKind::BadInput, "`}` without `{`", "balanced braces");
-            return orFailure(pen_.endPolygon(state_));
+            return orFailure(pen_.endPolygon(place()));
         case Organ:
             state_.organ = true;
             return After::Next;
         case Sphere:
-            return orFailure(pen_.sphere(state_, parameter ? 0.5 * std::abs(*parameter) : state_.frame.radius()));
+            return orFailure(pen_.sphere(place(), parameter ? 0.5 * std::abs(*parameter) : place().radius()));
         case Nothing:
         case Material:
             break;
         }
         return After::Next;
-    }
-
-    void growStack()
-    {
-        scratch_.brackets.resize(2 * state_.depth + 16);
-        scratch_.frames.resize(scratch_.brackets.size());
     }
 
     static After orFailure(bool done) { return done ? After::Next : After::Failure; }
@@ -486,24 +467,6 @@ private:
         return false;
     }
 
-    /// Turns a towards b, and b away from a.
-    ESPALIER_INLINE static void rotate(TurtleVector& a, TurtleVector& b, const TurtleTurn& turn)
-    {
-        const TurtleVector from = a;
-        a.low = a.low * turn.cosine + b.low * turn.sine;
-        a.high = a.high * turn.cosine + b.high * turn.sine;
-        b.low = b.low * turn.cosine - from.low * turn.sine;
-        b.high = b.high * turn.cosine - from.high * turn.sine;
-    }
-
-    [[nodiscard]] TurtleTurn turnBy(std::uint32_t yaw) const
-    {
-        if (yaw + TurtleTurns::kMost <= 2 * TurtleTurns::kMost)
-            return turns_[yaw];
-        const double degrees = static_cast<std::int32_t>(yaw) * settings_.angleDegrees;
-        return TurtleTurn(math::sinCosDegrees(std::fmod(degrees, 360.0)));
-    }
-
     /// Bits of the largest float within the limit: magnitudes compare as these integers do, and NaN is beyond all.
     [[nodiscard]] simd::FourInts farthestBits() const
     {
@@ -520,24 +483,24 @@ private:
 
     void level()
     {
-        const DVec3 heading(state_.frame.heading);
+        TurtleAxes axes = axesNow();
+        const DVec3 heading(axes.heading);
         const DVec3 horizontal = glm::cross(DVec3(0, 1, 0), heading);
         const double size = std::sqrt(glm::dot(horizontal, horizontal));
-        if (size > 1e-9) // closer to the vertical than a nanoradian, left has no horizontal to turn to
-        {
-            saveFrame();
-            state_.frame.left = TurtleVector(horizontal / size);
-            state_.frame.up = TurtleVector(glm::cross(heading, horizontal / size));
-        }
+        if (size <= 1e-9) // so close to the vertical left has no horizontal to turn to
+            return;
+        axes.left = TurtleVector(horizontal / size);
+        axes.up = TurtleVector(glm::cross(heading, horizontal / size));
+        setAxes(axes);
     }
 
     /// ABOP p. 58: by e |H x T| radians about H x T (Rodrigues' rotation formula).
     void bend()
     {
-        bends_ = false;
         const Tropism& tropism = *settings_.tropism;
+        TurtleAxes axes = axesNow();
         const DVec3 towards(tropism.direction[0], tropism.direction[1], tropism.direction[2]);
-        const DVec3 torque = glm::cross(DVec3(state_.frame.heading), towards);
+        const DVec3 torque = glm::cross(DVec3(axes.heading), towards);
         const double size = std::sqrt(glm::dot(torque, torque));
         const double angle = tropism.elasticity * size;
         if (!(size > 1e-12) || angle == 0 || !std::isfinite(angle)) // nothing to turn about
@@ -546,25 +509,20 @@ private:
         const math::SinCos values = math::sinCos(angle);
         if (!std::isfinite(values.sin))
             return;
-        saveFrame();
-        for (TurtleVector* vector : {&state_.frame.heading, &state_.frame.left, &state_.frame.up})
+        for (TurtleVector* vector : {&axes.heading, &axes.left, &axes.up})
         {
             const DVec3 v(*vector);
             *vector = TurtleVector(v * values.cos + glm::cross(axis, v) * values.sin +
                                    axis * (glm::dot(axis, v) * (1 - values.cos)));
         }
+        setAxes(axes);
     }
-
-    static constexpr std::uint32_t kLeft = 1;
-    static constexpr std::uint32_t kRight = 0xffffffffu;
 
     const TurtleSettings& settings_;
     const Limits& limits_;
-    const TurtleTurns& turns_;
     TurtleScratch& scratch_;
     TurtleState& state_;
     Pen& pen_;
-    bool bends_ = false; ///< A segment was drawn that the tropism is to bend what follows after.
 };
 
 } // namespace espalier

@@ -36,8 +36,8 @@ Drawn segmentsOf(const GrammarProgram& program, std::uint32_t steps, SegmentReus
     drawn.segments.resize(room);
     DerivationScratch derivation;
     TurtleScratch turtle;
-    const auto count =
-        drawSegments(program, RandomKey(Seed{7}), steps, reuse, limits, derivation, turtle, drawn.segments);
+    const auto count = drawSegments(program, TurtleAlphabet(program), RandomKey(Seed{7}), steps, reuse, limits,
+                                    derivation, turtle, drawn.segments);
     if (!count)
         drawn.error = count.error().what;
     drawn.segments.resize(count.value_or(0));
@@ -305,15 +305,16 @@ TEST(SegmentTurtle, AConsumerGetsEverythingInOrder)
             all.insert(all.end(), segments.begin(), segments.end());
             return true;
         };
-        const auto count = drawSegments(program, RandomKey(Seed{7}), 6, SegmentReuse::WhereItCan, {}, derivation,
-                                        turtle, buffer, collect);
+        const auto count = drawSegments(program, TurtleAlphabet(program), RandomKey(Seed{7}), 6,
+                                        SegmentReuse::WhereItCan, {}, derivation, turtle, buffer, collect);
         ASSERT_TRUE(count);
         EXPECT_EQ(*count, whole.segments.size());
         EXPECT_TRUE(sameBits(all, whole.segments)) << room;
 
         int calls = 0;
-        const auto stopped = drawSegments(program, RandomKey(Seed{7}), 6, SegmentReuse::Never, {}, derivation, turtle,
-                                          buffer, [&](std::span<const TurtleSegment>) { return ++calls < 3; });
+        const auto stopped =
+            drawSegments(program, TurtleAlphabet(program), RandomKey(Seed{7}), 6, SegmentReuse::Never, {}, derivation,
+                         turtle, buffer, [&](std::span<const TurtleSegment>) { return ++calls < 3; });
         EXPECT_EQ(stopped.has_value(), calls < 3);
         EXPECT_LE(calls, 3);
         if (!stopped)
@@ -399,8 +400,8 @@ TEST(SegmentTurtle, StreamsInLittleMemory)
     const std::uint64_t before = allocations::bytes;
     DerivationScratch derivation;
     TurtleScratch turtle;
-    const auto count = drawSegments(program, RandomKey(Seed{7}), 10, SegmentReuse::Never, limits, derivation, turtle,
-                                    buffer, [&](std::span<const TurtleSegment> segments) {
+    const auto count = drawSegments(program, TurtleAlphabet(program), RandomKey(Seed{7}), 10, SegmentReuse::Never,
+                                    limits, derivation, turtle, buffer, [&](std::span<const TurtleSegment> segments) {
                                         got += segments.size();
                                         return true;
                                     });
