@@ -47,18 +47,19 @@ public:
         }
         firstWay_.push_back(static_cast<std::uint32_t>(ways_.size()));
         firstReading_.push_back(static_cast<std::uint32_t>(readings_.size()));
+        listReached();
     }
 
     Forecast run(std::uint32_t steps, double mostModules)
     {
         const std::uint32_t letters = program_.letterCount();
         Forecast result;
-        result.isExact = program_.isContextFree() && oneWayOnly(firstWay_);
-        result.hasExpectation = known(ways_);
+        result.isExact = program_.isContextFree() && oneWayOnly();
+        result.hasExpectation = areSharesKnown();
         // Backwards: what one letter becomes in so many steps, for bounds; the expectation obeys the same equations.
         std::vector<WordForecast> sizes(letters, {1, 1, 1});
         std::vector<WordForecast> drawn(letters);
-        for (std::uint32_t l = 0; l < letters; ++l)
+        for (const LetterId l : reached_)
             drawn[l] = waysOn(l, readings_, firstReading_, sizes);
         std::vector<WordForecast> next(letters);
         std::uint64_t work = 0;
@@ -66,11 +67,11 @@ public:
         {
             result.steps.push_back(sizeOf(bags_[0], sizes));
             result.interpreted = sizeOf(bags_[0], drawn);
-            work += items_.size() + ways_.size() + letters + 1;
+            work += stepWork_;
             if (step == steps || result.steps.back().least > mostModules || work > kMostWork)
                 break;
             const auto advance = [&](std::vector<WordForecast>& values) {
-                for (std::uint32_t l = 0; l < letters; ++l)
+                for (const LetterId l : reached_)
                     next[l] = waysOn(l, ways_, firstWay_, values);
                 std::swap(values, next);
             };
@@ -145,17 +146,44 @@ private:
             ways[i].share = ways.size() == first + 1 ? 1 : isKnown ? ways[i].share / sum : kUnknown;
     }
 
-    bool oneWayOnly(const std::vector<std::uint32_t>& firstOfLetter) const
+    /// The letters that can come, and the work of following them for a step.
+    void listReached()
     {
-        for (std::size_t l = 0; l + 1 < firstOfLetter.size(); ++l)
-            if (firstOfLetter[l + 1] != firstOfLetter[l] + 1)
-                return false;
-        return true;
+        std::vector<bool> isReached(program_.letterCount(), false);
+        const auto reachWord = [&](const Bag& bag) {
+            stepWork_ += bag.count;
+            for (const LetterCount& item : std::span(items_).subspan(bag.first, bag.count))
+                if (!isReached[item.letter])
+                {
+                    isReached[item.letter] = true;
+                    reached_.push_back(item.letter);
+                }
+        };
+        reachWord(bags_[0]);
+        for (std::size_t i = 0; i < reached_.size(); ++i)
+            for (const Way& way : waysOf(reached_[i]))
+            {
+                ++stepWork_;
+                if (way.rule != kNothing)
+                    reachWord(bags_[way.rule + 1]);
+            }
     }
 
-    static bool known(const std::vector<Way>& ways)
+    std::span<const Way> waysOf(LetterId letter) const
     {
-        return std::ranges::none_of(ways, [](const Way& way) { return std::isnan(way.share); });
+        return std::span(ways_).subspan(firstWay_[letter], firstWay_[letter + 1] - firstWay_[letter]);
+    }
+
+    bool oneWayOnly() const
+    {
+        return std::ranges::all_of(reached_, [&](LetterId letter) { return waysOf(letter).size() == 1; });
+    }
+
+    bool areSharesKnown() const
+    {
+        return std::ranges::all_of(reached_, [&](LetterId letter) {
+            return std::ranges::none_of(waysOf(letter), [](const Way& way) { return std::isnan(way.share); });
+        });
     }
 
     WordForecast sizeOf(const Bag& bag, const std::vector<WordForecast>& sizes) const
@@ -195,13 +223,12 @@ private:
         for (std::uint32_t step = 0; step < steps; ++step)
         {
             std::ranges::fill(next, 0.0);
-            for (std::uint32_t l = 0; l < counts.size(); ++l)
+            for (const LetterId l : reached_)
             {
                 if (counts[l] == 0)
                     continue;
-                for (std::uint32_t w = firstWay_[l]; w < firstWay_[l + 1]; ++w)
+                for (const Way& way : waysOf(l))
                 {
-                    const Way& way = ways_[w];
                     if (way.rule == kNothing)
                         next[l] += counts[l] * way.share;
                     else
@@ -223,6 +250,8 @@ private:
     std::vector<std::uint32_t> firstWay_;
     std::vector<Way> readings_; ///< What `interpret:` makes of a letter.
     std::vector<std::uint32_t> firstReading_;
+    std::vector<LetterId> reached_;
+    std::uint64_t stepWork_ = 1; ///< Additions and multiplications.
 };
 
 } // namespace

@@ -1,6 +1,7 @@
 #include <Espalier/Core/Json.h>
 #include <Espalier/Grammar/Grammar.h>
 
+#include <Espalier/Grammar/SymbolWriter.h>
 #include <algorithm>
 #include <cmath>
 
@@ -68,6 +69,7 @@ struct Printer
     const Grammar& grammar;
     std::vector<std::string_view> parameters = {}; ///< What expressions call them.
     std::string out = {};
+    SymbolWriter symbols{grammar.longSymbols};
 
     void enter(const Production& production)
     {
@@ -153,17 +155,7 @@ struct Printer
         out += ')';
     }
 
-    void symbol(SymbolId id)
-    {
-        const std::string& name = grammar.symbols.name(id);
-        const auto alphanumeric = [](char c) {
-            return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-        };
-        // Declared symbols are matched longest first, so letters that stand together might read as one of them.
-        if (!grammar.longSymbols.empty() && !out.empty() && alphanumeric(out.back()) && alphanumeric(name.front()))
-            out += ' ';
-        out += name;
-    }
+    void symbol(SymbolId id) { symbols.write(out, grammar.symbols.name(id)); }
 
     void word(const std::vector<Module>& modules)
     {

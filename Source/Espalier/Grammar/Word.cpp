@@ -1,5 +1,6 @@
 #include <Espalier/Grammar/Word.h>
 
+#include <Espalier/Grammar/SymbolWriter.h>
 #include <array>
 #include <charconv>
 
@@ -16,26 +17,18 @@ void appendNumber(std::string& out, double value)
     out.append(buffer.data(), end);
 }
 
-bool isNamePart(char c)
-{
-    return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
-}
-
 } // namespace
 
 std::string printWord(const GrammarProgram& program, const Word& word, bool arguments)
 {
     const Grammar& grammar = program.grammar();
+    SymbolWriter writer(grammar.longSymbols);
     std::string out;
     out.reserve(word.letters.size());
     const double* argument = word.arguments.data();
     for (const LetterId letter : word.letters)
     {
-        const std::string& name = grammar.symbols.name(program.symbolOf(letter));
-        // Declared symbols are matched longest first, so letters that stand together might read as one of them.
-        if (!grammar.longSymbols.empty() && !out.empty() && isNamePart(out.back()) && isNamePart(name.front()))
-            out += ' ';
-        out += name;
+        writer.write(out, grammar.symbols.name(program.symbolOf(letter)));
         const std::uint32_t arity = program.arityOf(letter);
         if (arity > 0 && arguments)
         {

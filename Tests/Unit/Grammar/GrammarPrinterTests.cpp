@@ -248,5 +248,20 @@ TEST(GrammarPrinter, GrammarsThatDifferPrintDifferently)
         EXPECT_FALSE(parsed(text) == grammar) << text;
 }
 
+TEST(GrammarPrinter, BlanksStandOnlyWhereSymbolsWouldReadDifferently)
+{
+    const auto axiomOf = [](const std::string& text) {
+        const std::string printed = printGrammar(parsed(text));
+        const std::size_t start = printed.find("axiom: ") + 7;
+        return printed.substr(start, printed.find('\n', start) - start);
+    };
+    EXPECT_EQ(axiomOf("axiom: F [ - F X ] F F\n"), "F[-FX]FF");
+    EXPECT_EQ(axiomOf("symbols: Trunk\naxiom: F F [ Trunk A ] Trunk Trunk F\n"), "FF[TrunkA]TrunkTrunkF");
+    EXPECT_EQ(axiomOf("symbols: Trunk\naxiom: T r u n k T r e e\n"), "T runkT ree");
+    EXPECT_EQ(axiomOf("symbols: AB ABC\naxiom: AB C ABC A B\n"), "AB CABCA B");
+    EXPECT_EQ(axiomOf("symbols: AB ABC\naxiom: A(1)B AB [C] AB\n"), "A(1)BAB[C]AB") << "something stands between";
+    EXPECT_EQ(axiomOf("symbols: abc bcd\naxiom: a b c d b\n"), "a b cdb");
+}
+
 } // namespace
 } // namespace espalier

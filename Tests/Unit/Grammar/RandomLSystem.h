@@ -16,6 +16,7 @@ struct RandomLSystemOptions
     bool parameters = false;
     bool conditions = false;
     bool interpretations = false;
+    bool longSymbols = false;
 };
 
 /// Writes the text of small L-systems that derive without errors for some steps: values stay finite, words short.
@@ -26,7 +27,8 @@ public:
 
     std::string make()
     {
-        std::string text = "let c = 0.5\naxiom: " + word(2, 5, false) + "\n";
+        std::string text = options_.longSymbols ? "symbols: AB Bud BudF\n" : "";
+        text += "let c = 0.5\naxiom: " + word(2, 5, false) + "\n";
         if (options_.contexts && chance(0.4))
             text += chance(0.5) ? "ignore: + -\n" : "ignore: + - F\n";
         if (options_.contexts && chance(0.3))
@@ -38,6 +40,8 @@ public:
         if (options_.interpretations)
             for (std::uint64_t i = below(3); i > 0; --i)
                 text += "interpret: " + interpretation();
+        if (options_.interpretations && chance(0.3))
+            text += chance(0.5) ? "interpret: [ -> [ +\n" : "interpret: ] -> F ]\n";
         return text;
     }
 
@@ -47,6 +51,8 @@ private:
 
     std::string_view symbol()
     {
+        if (options_.longSymbols && chance(0.3))
+            return chance(0.5) ? "Bud " : "AB";
         constexpr std::array<std::string_view, 8> kSymbols = {"A", "B", "C", "D", "A", "B", "F", "+"};
         return kSymbols[below(kSymbols.size())];
     }
@@ -54,6 +60,8 @@ private:
     /// Of a predecessor or a context: never + and, where F is ignored, never F.
     std::string_view contextSymbol()
     {
+        if (options_.longSymbols && chance(0.2))
+            return "Bud";
         constexpr std::array<std::string_view, 5> kSymbols = {"A", "B", "C", "D", "F"};
         return kSymbols[below(ignoresF_ ? 4 : 5)];
     }
@@ -104,6 +112,15 @@ private:
         return text;
     }
 
+    /// One branch or two beside each other, or one in another, and perhaps what comes behind.
+    std::string branches()
+    {
+        const std::string inner =
+            chance(0.3) ? contextModule("o") + "[" + contextModule("p") + "]" : contextModule("o");
+        return "[" + inner + "]" + (chance(0.3) ? "[" + contextModule("q") + "]" : "") +
+               (chance(0.5) ? contextModule("z") : "");
+    }
+
     std::string rule()
     {
         std::string text;
@@ -116,15 +133,14 @@ private:
         if (hasContext && chance(0.6))
         {
             text += " > ";
-            text += chance(0.4) ? "[" + contextModule("y") + "]" + (chance(0.5) ? contextModule("z") : "")
-                                : contextModule("y");
+            text += chance(0.5) ? branches() : contextModule("y");
         }
         if (options_.conditions && chance(0.4))
             text += hasX ? " : x > 0.7" : chance(0.5) ? " : n > 2" : " : n % 2 == 0";
         text += " -> ";
         text += chance(0.15) ? "_" : word(1, 4, hasX);
         if (options_.weights && chance(0.6))
-            text += chance(0.3) && hasX ? " : abs(x)+0.1" : chance(0.5) ? " : 1" : " : 2.5";
+            text += chance(0.3) && hasX ? " : abs(x)+0.1" : chance(0.1) ? " : 0" : chance(0.5) ? " : 1" : " : 2.5";
         return text + "\n";
     }
 
