@@ -70,16 +70,27 @@ std::string kindOfGrammar(const GrammarProgram& program)
     return kind;
 }
 
-/// Segments that the turtle would draw, if nothing is cut; NaN without an expectation.
-double expectedSegments(const GrammarProgram& program, const Forecast& price)
+/// Segments that the turtle would draw.
+struct SegmentForecast
+{
+    double expected = 0;
+    bool isBound = false; ///< It may be fewer: a cut or the name after ~ draws nothing.
+};
+
+std::optional<SegmentForecast> forecastSegments(const GrammarProgram& program, const Forecast& price)
 {
     if (!price.hasExpectation || program.hasInterpretations())
-        return std::nan("");
+        return {};
     const TurtleAlphabet alphabet(program);
-    double segments = 0;
+    SegmentForecast segments;
     for (std::size_t letter = 0; letter < price.letters.size(); ++letter)
-        if (alphabet.commands[letter] == TurtleCommand::Draw)
-            segments += price.letters[letter];
+    {
+        const TurtleCommand command = alphabet.commands[letter];
+        if (command == TurtleCommand::Draw)
+            segments.expected += price.letters[letter];
+        segments.isBound |=
+            (command == TurtleCommand::Cut || command == TurtleCommand::Organ) && price.letters[letter] > 0;
+    }
     return segments;
 }
 
@@ -93,7 +104,7 @@ void checkGrammar(const CheckCommand& command)
     const Forecast price = forecast(program, steps, 1e300);
     const WordForecast& word = price.steps.back();
     const auto reached = static_cast<std::uint32_t>(price.steps.size() - 1);
-    const double segments = expectedSegments(program, price);
+    const std::optional<SegmentForecast> segments = forecastSegments(program, price);
     if (command.json)
     {
         nlohmann::ordered_json json;
@@ -119,8 +130,11 @@ void checkGrammar(const CheckCommand& command)
         json["length"] = {{"least", word.least}, {"most", word.most}};
         if (price.hasExpectation)
             json["length"]["expected"] = word.expected;
-        if (std::isfinite(segments))
-            json["segments"] = segments;
+        if (segments)
+        {
+            json["segments"] = segments->expected;
+            json["areSegmentsBound"] = segments->isBound;
+        }
         std::cout << json.dump(2) << '\n';
         return;
     }
@@ -132,9 +146,9 @@ void checkGrammar(const CheckCommand& command)
               << "  growth: " << spellGrowth(inspection) << '\n'
               << "  modules after " << reached << (reached == 1 ? " step: " : " steps: ")
               << spell(word, price.hasExpectation) << '\n';
-    if (std::isfinite(segments))
-        std::cout << "  segments: " << std::setprecision(15) << std::round(segments)
-                  << (price.isExact ? "" : " expected") << '\n';
+    if (segments)
+        std::cout << "  segments: " << (segments->isBound ? "at most " : "") << std::setprecision(15)
+                  << std::round(segments->expected) << (price.isExact ? "" : " expected") << '\n';
     if (reached < steps)
         std::cout << "  modules after " << steps << " steps: not worked out\n";
     std::cout << "  safe up to -n " << inspection.safeSteps << (inspection.isSafeBeyond ? " or more" : "")

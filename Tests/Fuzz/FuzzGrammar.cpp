@@ -7,6 +7,7 @@
 #include <Espalier/Grammar/Forecast.h>
 #include <Espalier/Grammar/Inspection.h>
 #include <Espalier/Plant/Skeleton.h>
+#include <Espalier/Turtle/SegmentTurtle.h>
 #include <Espalier/Turtle/Turtle.h>
 #include <algorithm>
 
@@ -89,7 +90,24 @@ void deriveBySteps(const GrammarProgram& program, std::uint32_t steps)
     Skeleton skeleton;
     Turtle turtle(turtleSettings(program.grammar()), limits, turtleScratch, skeleton);
     (void)turtle.apply(alphabet, drawn.word.letters, drawn.word.arguments);
-    fuzzing::promise(turtle.finish() ? isSound(skeleton) : skeleton.empty(), "what is drawn is sound");
+    const bool isDrawn = turtle.finish().has_value();
+    fuzzing::promise(isDrawn ? isSound(skeleton) : skeleton.empty(), "what is drawn is sound");
+
+    // Lines alone: into a buffer, small pieces, and with reuse.
+    std::vector<TurtleSegment> segments(5000);
+    const auto lines =
+        drawSegments(program, alphabet, key, steps, SegmentReuse::Never, limits, scratch, turtleScratch, segments);
+    fuzzing::promise(!isDrawn || (lines && *lines == skeleton.size()), "lines are those of the skeleton");
+    const auto reused =
+        drawSegments(program, alphabet, key, steps, SegmentReuse::WhereItCan, limits, scratch, turtleScratch, segments);
+    fuzzing::promise(!isDrawn || (reused && *reused == skeleton.size()), "reuse draws as many lines");
+    std::size_t passed = 0;
+    const auto pieces = drawSegments(program, alphabet, key, steps, SegmentReuse::Never, limits, scratch, turtleScratch,
+                                     std::span(segments).first(7), [&](std::span<const TurtleSegment> piece) {
+                                         passed += piece.size();
+                                         return true;
+                                     });
+    fuzzing::promise(!isDrawn || (pieces && passed == skeleton.size()), "pieces are the whole");
 }
 
 } // namespace

@@ -11,20 +11,9 @@ namespace espalier {
 namespace {
 
 using Code = GrammarProgram::Code;
+using LetterCount = GrammarProgram::LetterCount;
+using Bag = std::span<const LetterCount>; ///< A word as what it is made of.
 constexpr std::uint32_t kNothing = GrammarProgram::kNothing;
-
-struct LetterCount
-{
-    LetterId letter;
-    double count;
-};
-
-/// A word as what it is made of, letters told once.
-struct Bag
-{
-    std::uint32_t first;
-    std::uint32_t count;
-};
 
 /// One way on for a letter: a rule with the share of its weight, or none (the letter is copied).
 struct Way
@@ -38,8 +27,6 @@ class Forecaster
 public:
     explicit Forecaster(const GrammarProgram& program) : program_(program), code_(program.code())
     {
-        for (const GrammarProgram::Word& word : code_.words)
-            collect(word);
         for (std::uint32_t l = 0; l < program.letterCount(); ++l)
         {
             listWays(code_.groupOfLetter[l], ways_, firstWay_);
@@ -65,8 +52,8 @@ public:
         std::uint64_t work = 0;
         for (std::uint32_t step = 0;; ++step)
         {
-            result.steps.push_back(sizeOf(bags_[0], sizes));
-            result.interpreted = sizeOf(bags_[0], drawn);
+            result.steps.push_back(sizeOf(bagOf(0), sizes));
+            result.drawn.push_back(sizeOf(bagOf(0), drawn));
             work += stepWork_;
             if (step == steps || result.steps.back().least > mostModules || work > kMostWork)
                 break;
@@ -90,23 +77,6 @@ public:
 private:
     /// Additions and multiplications: some milliseconds.
     static constexpr std::uint64_t kMostWork = 1u << 20;
-
-    void collect(const GrammarProgram::Word& word)
-    {
-        std::vector<LetterId> letters(code_.letters.begin() + word.firstLetter,
-                                      code_.letters.begin() + word.firstLetter + word.letterCount);
-        std::ranges::sort(letters);
-        Bag bag{static_cast<std::uint32_t>(items_.size()), 0};
-        for (std::size_t i = 0; i < letters.size();)
-        {
-            const std::size_t from = i;
-            while (i < letters.size() && letters[i] == letters[from])
-                ++i;
-            items_.push_back({letters[from], static_cast<double>(i - from)});
-            ++bag.count;
-        }
-        bags_.push_back(bag);
-    }
 
     /// What may become of a letter: its rules up to the first that always matches, those that compete with it, and
     /// being copied if none is sure to match.
@@ -150,22 +120,22 @@ private:
     void listReached()
     {
         std::vector<bool> isReached(program_.letterCount(), false);
-        const auto reachWord = [&](const Bag& bag) {
-            stepWork_ += bag.count;
-            for (const LetterCount& item : std::span(items_).subspan(bag.first, bag.count))
+        const auto reachWord = [&](Bag bag) {
+            stepWork_ += bag.size();
+            for (const LetterCount& item : bag)
                 if (!isReached[item.letter])
                 {
                     isReached[item.letter] = true;
                     reached_.push_back(item.letter);
                 }
         };
-        reachWord(bags_[0]);
+        reachWord(bagOf(0));
         for (std::size_t i = 0; i < reached_.size(); ++i)
             for (const Way& way : waysOf(reached_[i]))
             {
                 ++stepWork_;
                 if (way.rule != kNothing)
-                    reachWord(bags_[way.rule + 1]);
+                    reachWord(bagOf(way.rule + 1));
             }
     }
 
@@ -186,10 +156,12 @@ private:
         });
     }
 
-    WordForecast sizeOf(const Bag& bag, const std::vector<WordForecast>& sizes) const
+    Bag bagOf(std::uint32_t word) const { return program_.letterCountsOf(word); }
+
+    static WordForecast sizeOf(Bag bag, const std::vector<WordForecast>& sizes)
     {
         WordForecast sum;
-        for (const LetterCount& item : std::span(items_).subspan(bag.first, bag.count))
+        for (const LetterCount& item : bag)
         {
             sum.least += item.count * sizes[item.letter].least;
             sum.most += item.count * sizes[item.letter].most;
@@ -205,7 +177,7 @@ private:
         for (std::uint32_t w = firstOfLetter[letter]; w < firstOfLetter[letter + 1]; ++w)
         {
             const Way& way = ways[w];
-            const WordForecast one = way.rule == kNothing ? sizes[letter] : sizeOf(bags_[way.rule + 1], sizes);
+            const WordForecast one = way.rule == kNothing ? sizes[letter] : sizeOf(bagOf(way.rule + 1), sizes);
             result.least = std::min(result.least, one.least);
             result.most = std::max(result.most, one.most);
             result.expected += way.share * one.expected;
@@ -217,7 +189,7 @@ private:
     std::vector<double> countLetters(std::uint32_t steps) const
     {
         std::vector<double> counts(program_.letterCount(), 0);
-        for (const LetterCount& item : std::span(items_).subspan(bags_[0].first, bags_[0].count))
+        for (const LetterCount& item : bagOf(0))
             counts[item.letter] += item.count;
         std::vector<double> next(counts.size());
         for (std::uint32_t step = 0; step < steps; ++step)
@@ -232,8 +204,7 @@ private:
                     if (way.rule == kNothing)
                         next[l] += counts[l] * way.share;
                     else
-                        for (const LetterCount& item :
-                             std::span(items_).subspan(bags_[way.rule + 1].first, bags_[way.rule + 1].count))
+                        for (const LetterCount& item : bagOf(way.rule + 1))
                             next[item.letter] += counts[l] * way.share * item.count;
                 }
             }
@@ -244,8 +215,6 @@ private:
 
     const GrammarProgram& program_;
     const Code& code_;
-    std::vector<LetterCount> items_;
-    std::vector<Bag> bags_; ///< Of each word of the program.
     std::vector<Way> ways_;
     std::vector<std::uint32_t> firstWay_;
     std::vector<Way> readings_; ///< What `interpret:` makes of a letter.
@@ -269,13 +238,14 @@ Expected<void> checkPrice(const GrammarProgram& program, std::uint32_t steps, co
     const bool interpreted = price.steps.back().least <= most;
     if (interpreted && !price.isComplete) // what would be drawn is not known
         return {};
-    const double least = interpreted ? price.interpreted.least : price.steps.back().least;
+    const WordForecast& size = interpreted ? price.drawn.back() : price.steps.back();
+    const double least = size.least;
     if (least <= most)
         return {};
     return failure(ErrorKind::Limit, {{}, place.line, place.column},
                    "step " + std::to_string(price.steps.size() - 1) + " makes a word of " +
                        (!std::isfinite(least) ? std::string("more than 1e308")
-                        : price.isExact       ? formatNumber(least)
+                        : least == size.most  ? formatNumber(least)
                                               : "at least " + formatNumber(least)) +
                        " modules" + (interpreted ? " after `interpret:`" : ""),
                    "at most " + std::to_string(limits.modules) + " (the limit modules)", "derive fewer steps");

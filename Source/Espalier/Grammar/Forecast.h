@@ -26,7 +26,7 @@ struct Forecast
     bool hasExpectation = false;     ///< `expected` are numbers.
     bool isComplete = false;         ///< All steps asked for were worked out.
     std::vector<WordForecast> steps; ///< Of the axiom and after each step, as far as it was worked out.
-    WordForecast interpreted;        ///< After the last of them, with `interpret:` applied.
+    std::vector<WordForecast> drawn; ///< Likewise, with `interpret:` applied.
     std::vector<double> letters;     ///< Expected number of each letter in the last of them; empty without expectation.
 };
 

@@ -42,6 +42,7 @@ Expected<GrammarProgram> GrammarProgram::make(const Grammar& grammar, std::span<
         program.tabulate(group);
     program.price();
     program.summarise();
+    program.countLetters();
     program.expand();
     return program;
 }
@@ -485,6 +486,23 @@ void GrammarProgram::summarise()
                                                                : kUndecided);
     code_.letters.resize(code_.letters.size() + kPadding);
     code_.arguments.resize(code_.arguments.size() + kPadding);
+}
+
+void GrammarProgram::countLetters()
+{
+    std::vector<std::uint32_t> counts(letterCount(), 0);
+    for (const Word& word : code_.words)
+    {
+        const auto first = static_cast<std::uint32_t>(code_.letterCounts.size());
+        code_.firstLetterCount.push_back(first);
+        const auto letters = std::span(code_.letters).subspan(word.firstLetter, word.letterCount);
+        for (const LetterId letter : letters)
+            if (counts[letter]++ == 0)
+                code_.letterCounts.push_back({letter, 0});
+        for (LetterCount& of : std::span(code_.letterCounts).subspan(first))
+            of.count = std::exchange(counts[of.letter], 0u);
+    }
+    code_.firstLetterCount.push_back(static_cast<std::uint32_t>(code_.letterCounts.size()));
 }
 
 /// Short expansions of a constant program, from the shortest on: streaming them costs a copy, not a walk.

@@ -147,6 +147,13 @@ public:
     static constexpr std::uint32_t kExpandedLength = 512;      ///< so many letters each,
     static constexpr std::uint32_t kExpandedTotal = 32u << 10; ///< and so many together: what nearby caches hold.
 
+    /// How often a letter occurs in a word.
+    struct LetterCount
+    {
+        LetterId letter;
+        std::uint32_t count;
+    };
+
     /// Word 0 is the axiom; word i + 1 the successor of rule i. Rules: productions, then interpretations.
     struct Code
     {
@@ -158,6 +165,8 @@ public:
         std::vector<double> arguments;
         std::vector<ArgumentPatch> patches;
         std::vector<std::uint32_t> rewritables;
+        std::vector<LetterCount> letterCounts;       ///< Of each word in turn, each letter of it once.
+        std::vector<std::uint32_t> firstLetterCount; ///< By word; one more than there are words.
         std::vector<Rule> rules;
         std::vector<LetterId> leftContexts;
         std::vector<ContextStep> rightContexts;
@@ -183,6 +192,11 @@ public:
             return nullptr;
         const Expansion& found = code_.expansions[std::size_t{letter} * kExpandedSteps + steps - 1];
         return found.letterCount == kNothing ? nullptr : &found;
+    }
+    [[nodiscard]] std::span<const LetterCount> letterCountsOf(std::uint32_t word) const
+    {
+        return std::span(code_.letterCounts)
+            .subspan(code_.firstLetterCount[word], code_.firstLetterCount[word + 1] - code_.firstLetterCount[word]);
     }
     [[nodiscard]] std::span<const TransformTable> tables() const noexcept { return tables_; }
     /// Values of the grammar's `let`.
@@ -214,6 +228,7 @@ private:
     [[nodiscard]] bool tabulateWeight(const Rule& rule, Tabulated& entry, double& base) const;
     void price();
     void summarise();
+    void countLetters();
     void expand();
     [[nodiscard]] Expansion expansionOf(std::uint32_t rule, std::uint32_t steps);
     [[nodiscard]] LetterId letterOf(SymbolId symbol, std::size_t arity) const;

@@ -190,7 +190,10 @@ void findGrowth(const GrammarProgram& program, const Limits& limits, GrammarInsp
             break;
         sizes.push_back(size);
     }
-    for (std::size_t step = 0; step < far.steps.size() && far.steps[step].most <= limits.modules; ++step)
+    const auto isSafe = [&](std::size_t step) {
+        return std::max(far.steps[step].most, far.drawn[step].most) <= limits.modules;
+    };
+    for (std::size_t step = 0; step < far.steps.size() && isSafe(step); ++step)
         result.safeSteps = static_cast<std::uint32_t>(step);
     result.isSafeBeyond = result.safeSteps + 1 == far.steps.size();
     result.isGrowthKnown = far.isComplete || sizes.back() > 1e100 || sizes.size() > 128;

@@ -44,7 +44,8 @@ struct GrammarInspection
     /// Growth is that of the expectation; without one, that of the upper bound.
     bool isBound = false;
     bool isGrowthKnown = true;   ///< Large grammars are not followed far enough to tell.
-    std::uint32_t safeSteps = 0; ///< So many steps stay within limits.modules whatever is drawn; at most 4096.
+    std::uint32_t safeSteps = 0; ///< So many steps stay within limits.modules, interpreted or not, whatever chance
+                                 ///< decides; at most 4096.
     bool isSafeBeyond = false;   ///< And perhaps more: no step that does not was found.
 };
 

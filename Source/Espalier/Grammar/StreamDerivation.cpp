@@ -277,6 +277,8 @@ private:
                 return failWith(writer_.error());
             if (work() > bounds_.work)
                 return failWith(tooMuchWork().value());
+            if (writer_.stopped() || writer_.emitted() > bounds_.modules)
+                return true; // as `run` will find
             argument += program_.arityOf(letter);
         }
         return true;

@@ -21,8 +21,6 @@ public:
           error_(&error)
     {}
 
-    std::uint32_t polygons = 0; ///< Open.
-
     /// Segments in the buffer.
     [[nodiscard]] std::size_t count() const { return static_cast<std::size_t>(next_ - begin_); }
     [[nodiscard]] std::size_t total() const { return index_; }
@@ -48,30 +46,24 @@ public:
     static void widthSet() {}
     static bool collectsCorners() { return false; }
 
-    bool makeRoom()
+    [[nodiscard]] bool hasRoom(bool draws) const { return !draws || next_ != end_; }
+    bool makeRoom(bool)
     {
         const auto size = static_cast<std::size_t>(end_ - begin_);
-        if (!*consumer_ || size == 0 || index_ >= kNone - size)
-            return fail(ErrorKind::Limit,
-                        "the plant has more than " + std::to_string(std::max<std::size_t>(index_, size)) + " segments",
+        if (index_ >= kNone - size)
+            return fail(ErrorKind::Limit, "the plant has more than " + std::to_string(index_) + " segments",
+                        "as many as parents can tell apart");
+        if (!*consumer_ || size == 0)
+            return fail(ErrorKind::Limit, "the plant has more than " + std::to_string(size) + " segments",
                         "a larger buffer");
         if (!(*consumer_)({begin_, size}))
             return fail(ErrorKind::Cancelled, "the drawing was stopped", {});
         next_ = begin_;
         return true;
     }
-    bool beginPolygon()
-    {
-        ++polygons;
-        return true;
-    }
-    [[nodiscard]] bool hasPolygon() const { return polygons > 0; }
+    static void beginPolygon() {}
+    static void endPolygon(const TurtlePlace&) {}
     static bool mark(const TurtleVector&) { return true; }
-    bool endPolygon(const TurtlePlace&)
-    {
-        --polygons;
-        return true;
-    }
     static bool sphere(const TurtlePlace&, double) { return true; }
     static bool organ(const TurtlePlace&, const TurtleAxes&, std::uint32_t, double) { return true; }
 
@@ -110,10 +102,13 @@ struct Drawing
     bool apply(std::span<const LetterId> letters, const double* arguments)
     {
         Kernel turtle = kernel();
-        if (turtle.run(alphabet, letters, arguments) == letters.size())
+        const std::size_t done = turtle.run(alphabet, letters, arguments);
+        modules += done;
+        if (done == letters.size())
             return true;
         if (!turtle.error.what.empty())
             error = turtle.error;
+        error.what = "module " + std::to_string(modules + 1) + " of the word: " + error.what;
         return false;
     }
 
@@ -124,6 +119,7 @@ struct Drawing
     Error error;
     SegmentPen pen;
     TurtleState state;
+    std::uint64_t modules = 0; ///< Carried out, or copied with what they drew.
 };
 
 class DrawingSink final : public DerivationSink
@@ -181,7 +177,7 @@ public:
 
     ReusingDrawer(const GrammarProgram& program, std::uint32_t steps, std::span<TurtleSegment> buffer, Drawing& drawing)
         : program_(program), code_(program.code()), width_(steps + 1), buffer_(buffer), drawing_(drawing),
-          expansions_(program.letterCount() * width_)
+          which_(program.letterCount() * width_, kNone)
     {}
 
     bool draw(std::span<const LetterId> letters, const double* arguments, std::uint32_t steps)
@@ -201,6 +197,8 @@ public:
             arguments += program_.arityOf(letters[i]);
             if (!expand(letters[i++], steps))
                 return false;
+            if (expanded_ * kExpansionWork + drawing_.modules > drawing_.limits.derivationWork)
+                return tooMuchWork();
         }
         return true;
     }
@@ -209,9 +207,9 @@ private:
     /// What an expansion drew, and how it moved the turtle.
     struct Expansion
     {
-        bool isWorthCopying = false;
         std::size_t first = 0;
         std::size_t count = 0;
+        std::uint64_t modules = 0;
         TurtlePlace entry, exit;
         TurtleAxes entryAxes;   ///< With the turns of `entry`.
         TurtleAxes exitAxes;    ///< From which the turns of `exit` are counted.
@@ -224,30 +222,58 @@ private:
     /// More would have to be fetched from farther away than the second-nearest cache; their parts are copied instead.
     static constexpr std::size_t kMostCopied = 4096;
 
+    static constexpr std::size_t kMostRemembered = 4096; ///< Expansions.
+    static constexpr std::uint64_t kExpansionWork = 8;   ///< As a rule that is applied, Limits::derivationWork.
+
     bool expand(LetterId letter, std::uint32_t steps)
     {
-        const std::size_t at = letter * width_ + steps;
-        if (expansions_[at].isWorthCopying && reachesInside(expansions_[at]))
-            return copy(expansions_[at]);
-        const std::size_t first = drawing_.pen.count();
-        const TurtlePlace entry = drawing_.place();
-        const TurtleAxes from = drawing_.scratch.axes[entry.axes];
+        ++expanded_;
+        std::uint32_t& which = which_[letter * width_ + steps];
+        if (which != kNone && reachesInside(expansions_[which]))
+            return copy(expansions_[which]);
+        Expansion expansion;
+        expansion.first = drawing_.pen.count();
+        expansion.modules = drawing_.modules;
+        expansion.entry = drawing_.place();
+        expansion.entryAxes = drawing_.scratch.axes[expansion.entry.axes];
         const GrammarProgram::Word& word = code_.words[code_.fixedRule[letter] + 1];
         if (!draw(std::span(code_.letters).subspan(word.firstLetter, word.letterCount),
                   code_.arguments.data() + word.firstArgument, steps - 1))
             return false;
-        const std::size_t count = drawing_.pen.count() - first;
-        Expansion& expansion = expansions_[at];
-        if (expansion.isWorthCopying || count < kWorthCopying || count > kMostCopied)
-            return true;
-        const TurtlePlace& exit = drawing_.place();
-        expansion = {true, first, count, entry, exit, from, drawing_.scratch.axes[exit.axes], false, 0};
-        expansion.keepsAxes = std::memcmp(&from, &expansion.exitAxes, sizeof(from)) == 0;
-        drawing_.scratch.unitTurns.by(entry.yaw).apply(expansion.entryAxes.heading, expansion.entryAxes.left);
-        for (const TurtleSegment& segment : buffer_.subspan(first, count))
-            for (const Vec3& point : {segment.start, segment.end})
-                expansion.reach = std::max(expansion.reach, glm::length(DVec3(point) - DVec3(entry.position)));
+        const std::size_t count = drawing_.pen.count() - expansion.first;
+        if (which == kNone && count >= kWorthCopying && count <= kMostCopied && expansions_.size() < kMostRemembered)
+        {
+            which = static_cast<std::uint32_t>(expansions_.size());
+            expansions_.push_back(finished(expansion, count));
+        }
         return true;
+    }
+
+    /// What was begun where the turtle entered, now that it has left.
+    Expansion finished(Expansion expansion, std::size_t count) const
+    {
+        expansion.count = count;
+        expansion.modules = drawing_.modules - expansion.modules;
+        expansion.exit = drawing_.place();
+        expansion.exitAxes = drawing_.scratch.axes[expansion.exit.axes];
+        expansion.keepsAxes = std::memcmp(&expansion.entryAxes, &expansion.exitAxes, sizeof(TurtleAxes)) == 0;
+        drawing_.scratch.unitTurns.by(expansion.entry.yaw).apply(expansion.entryAxes.heading, expansion.entryAxes.left);
+        const DVec3 base(expansion.entry.position);
+        for (const TurtleSegment& segment : buffer_.subspan(expansion.first, count))
+            for (const Vec3& point : {segment.start, segment.end})
+                expansion.reach = std::max(expansion.reach, glm::length(DVec3(point) - base));
+        return expansion;
+    }
+
+    bool tooMuchWork()
+    {
+        drawing_.error = {ErrorKind::Limit,
+                          "the derivation takes more than " + std::to_string(drawing_.limits.derivationWork) +
+                              " units of work",
+                          "at most the limit derivationWork",
+                          {},
+                          "derive fewer steps"};
+        return false;
     }
 
     /// `from`, the first of them with index `first`, turned and moved to `to`. Parents move along by `shift`; one
@@ -286,7 +312,7 @@ private:
     {
         SegmentPen& pen = drawing_.pen;
         if (expansion.count > pen.room())
-            return pen.makeRoom();
+            return pen.makeRoom(true); // which is none: nothing is reused where a consumer could make some
         TurtlePlace& now = drawing_.place();
         const TurtlePlace& exit = expansion.exit;
         // Each axis of then goes to that of now.
@@ -313,6 +339,7 @@ private:
             now.yaw = exit.yaw;
         }
         pen.skip(expansion.count);
+        drawing_.modules += expansion.modules;
         return true;
     }
 
@@ -321,7 +348,9 @@ private:
     std::size_t width_;
     std::span<TurtleSegment> buffer_;
     Drawing& drawing_;
-    std::vector<Expansion> expansions_; ///< By letter and steps.
+    std::vector<std::uint32_t> which_; ///< Of expansions_, by letter and steps.
+    std::vector<Expansion> expansions_;
+    std::uint64_t expanded_ = 0;
 };
 
 Expected<void> derive(const GrammarProgram& program, RandomKey key, std::uint32_t steps, const Limits& limits,
@@ -347,11 +376,11 @@ Expected<std::size_t> drawSegments(const GrammarProgram& program, const TurtleAl
                                    DerivationScratch& derivationScratch, TurtleScratch& turtleScratch,
                                    std::span<TurtleSegment> buffer, const SegmentConsumer& consumer)
 {
+    if (auto priced = checkPrice(program, steps, limits); !priced)
+        return tl::make_unexpected(priced.error());
     Drawing drawing(program, alphabet, limits, turtleScratch, buffer, consumer);
     if (reuse == SegmentReuse::WhereItCan && !consumer && ReusingDrawer::suits(program, steps, drawing))
     {
-        if (auto priced = checkPrice(program, steps, limits); !priced)
-            return tl::make_unexpected(priced.error());
         const GrammarProgram::Word& axiom = program.code().words[0];
         ReusingDrawer drawer(program, steps, buffer, drawing);
         (void)drawer.draw(std::span(program.code().letters).subspan(axiom.firstLetter, axiom.letterCount),
@@ -365,8 +394,8 @@ Expected<std::size_t> drawSegments(const GrammarProgram& program, const TurtleAl
     }
     if (!drawing.error.what.empty())
         return tl::make_unexpected(drawing.error);
-    if (drawing.state.depth > 0 || drawing.pen.polygons > 0)
-        return failure(ErrorKind::BadInput, {}, "a bracket or brace is never closed in the word", "balanced brackets");
+    if (auto unfinished = drawing.kernel().unfinished(drawing.modules))
+        return tl::make_unexpected(std::move(*unfinished));
     if (consumer && drawing.pen.count() > 0 && !consumer(buffer.first(drawing.pen.count())))
         return failure(ErrorKind::Cancelled, {}, "the drawing was stopped");
     return drawing.pen.total();

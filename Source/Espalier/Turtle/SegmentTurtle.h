@@ -39,10 +39,12 @@ using SegmentConsumer = std::function<bool(std::span<const TurtleSegment>)>;
 
 /// Derives `program`, of which `alphabet` is, by `steps` steps (interpreted) and draws it into `buffer`; returns the
 /// number of segments. Memory beyond the buffer is proportional to the depth of the derivation, for grammars without
-/// contexts. Polygons, spheres and organs draw nothing here.
+/// contexts; where expansions are reused, some megabytes more at most. Polygons, spheres and organs draw nothing here,
+/// and how many segments there may be is a matter of the buffer, not of Limits::nodes.
 ///
-/// Fails with Limit if the buffer is too small and there is no `consumer`, or as Turtle and streamWord do; with
-/// Cancelled if the consumer stops it. What the buffer then holds is not defined. With a consumer nothing is reused.
+/// What is certain to exceed `limits` is refused before anything is drawn. Fails with Limit if the buffer is too small
+/// and there is no `consumer`, or as streamWord and Turtle do; with Cancelled if the consumer stops it. What the buffer
+/// then holds is not defined. With a consumer nothing is reused.
 [[nodiscard]] Expected<std::size_t> drawSegments(const GrammarProgram& program, const TurtleAlphabet& alphabet,
                                                  RandomKey key, std::uint32_t steps, SegmentReuse reuse,
                                                  const Limits& limits, DerivationScratch& derivationScratch,

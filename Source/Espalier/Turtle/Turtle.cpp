@@ -23,21 +23,20 @@ public:
     {}
 
     [[nodiscard]] bool collectsCorners() const { return !scratch_->polygons.empty(); }
-    [[nodiscard]] bool hasPolygon() const { return collectsCorners(); }
+    [[nodiscard]] bool hasRoom(bool draws) const
+    {
+        return (!draws || roomForSegments() > 0) && (!collectsCorners() || roomForCorners() > 0);
+    }
     [[nodiscard]] std::size_t room() const
     {
-        const std::size_t segments = limits_->nodes - std::min<std::size_t>(skeleton_->size(), limits_->nodes);
-        const std::size_t corners = scratch_->corners.size() + skeleton_->corners.size();
-        return !collectsCorners()
-                   ? segments
-                   : std::min<std::size_t>(segments,
-                                           limits_->vertices - std::min<std::size_t>(corners, limits_->vertices));
+        return collectsCorners() ? std::min(roomForSegments(), roomForCorners()) : roomForSegments();
     }
-    bool makeRoom()
+    bool makeRoom(bool draws)
     {
-        return isFull() ? fail("the plant has more than " + std::to_string(limits_->nodes) + " segments",
-                               "at most the limit nodes")
-                        : failOfCorners();
+        return draws && roomForSegments() == 0
+                   ? fail("the plant has more than " + std::to_string(limits_->nodes) + " segments",
+                          "at most the limit nodes")
+                   : failOfCorners();
     }
 
     std::uint32_t segment(const TurtleStroke& stroke, std::uint32_t parent, std::uint16_t material)
@@ -69,26 +68,19 @@ public:
 
     void corner(simd::Four position) { scratch_->corners.push_back({position[0], position[1], position[2]}); }
 
-    bool beginPolygon()
-    {
-        if (scratch_->polygons.size() >= limits_->bracketDepth)
-            return fail("polygons nest deeper than " + std::to_string(limits_->bracketDepth),
-                        "at most the limit bracketDepth");
-        scratch_->polygons.push_back(static_cast<std::uint32_t>(scratch_->corners.size()));
-        return true;
-    }
+    void beginPolygon() { scratch_->polygons.push_back(static_cast<std::uint32_t>(scratch_->corners.size())); }
 
     bool mark(const TurtleVector& position)
     {
         if (scratch_->polygons.empty())
             return true;
-        if (isFullOfCorners())
+        if (roomForCorners() == 0)
             return failOfCorners();
         scratch_->corners.push_back(Vec3(position));
         return true;
     }
 
-    bool endPolygon(const TurtlePlace& place)
+    void endPolygon(const TurtlePlace& place)
     {
         const std::uint32_t first = scratch_->polygons.back();
         scratch_->polygons.pop_back();
@@ -101,7 +93,6 @@ public:
                                       scratch_->corners.end());
         }
         scratch_->corners.resize(first);
-        return true;
     }
 
     bool sphere(const TurtlePlace& place, double radius)
@@ -132,10 +123,14 @@ public:
     void widthSet() { skeleton_->widthsGiven = true; }
 
 private:
-    [[nodiscard]] bool isFull() const { return skeleton_->size() >= limits_->nodes; }
-    [[nodiscard]] bool isFullOfCorners() const
+    [[nodiscard]] std::size_t roomForSegments() const
     {
-        return scratch_->corners.size() + skeleton_->corners.size() >= limits_->vertices;
+        return limits_->nodes - std::min<std::size_t>(skeleton_->size(), limits_->nodes);
+    }
+    [[nodiscard]] std::size_t roomForCorners() const
+    {
+        const std::size_t corners = scratch_->corners.size() + skeleton_->corners.size();
+        return limits_->vertices - std::min<std::size_t>(corners, limits_->vertices);
     }
     bool failOfCorners()
     {
@@ -221,16 +216,12 @@ void Turtle::endInstance()
 
 Expected<void> Turtle::finish()
 {
-    if (!failed_ && (state_.depth > 0 || !scratch_.polygons.empty()))
+    SkeletonPen pen(*this);
+    const TurtleKernel<SkeletonPen> kernel(settings_, limits_, scratch_, state_, pen);
+    if (auto unfinished = kernel.unfinished(applied_); unfinished && !failed_)
     {
-        const bool isBracket = state_.depth > 0;
         failed_ = true;
-        error_ = {ErrorKind::BadInput,
-                  std::string(isBracket ? "`[`" : "`{`") + " is never closed in the word of " +
-                      std::to_string(applied_) + " modules",
-                  isBracket ? "balanced brackets" : "balanced braces",
-                  {},
-                  {}};
+        error_ = std::move(*unfinished);
     }
     if (failed_)
     {

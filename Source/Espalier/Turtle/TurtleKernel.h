@@ -7,6 +7,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -28,13 +29,13 @@ struct TurtleStroke
 /// (carryOut, Registers). What takes more ends that loop, and is done with the state in memory (exceptional).
 ///
 /// A Pen is a small value that is copied into that loop and back. It has
-///   bool collectsCorners(); std::size_t room()   for so many segments, each with a corner if it collects them
+///   bool collectsCorners(), hasRoom(bool draws)   for a step, with a corner if it collects them
+///   std::size_t room()   for so many steps that draw
 ///   std::uint32_t segment(const TurtleStroke&, std::uint32_t parent, std::uint16_t material)   its index
 ///   void reach(const TurtleVector& position), corner(simd::Four position), widthSet()
-///   bool hasPolygon()
+///   void beginPolygon(), endPolygon(const TurtlePlace&)
 /// and, false where it has failed and told why:
-///   bool makeRoom(), beginPolygon(), mark(const TurtleVector&), endPolygon(const TurtlePlace&),
-///        sphere(const TurtlePlace&, double radius),
+///   bool makeRoom(bool draws), mark(const TurtleVector&), sphere(const TurtlePlace&, double radius),
 ///        organ(const TurtlePlace&, const TurtleAxes&, std::uint32_t which, double size)
 template <class Pen>
 class TurtleKernel
@@ -52,13 +53,15 @@ public:
     {
         const LetterId* at = letters.data();
         const LetterId* const end = at + letters.size();
+        const LetterId* stop = at;
         while (at != end)
         {
             const bool isApart = state_.cut || state_.organ;
             if (!isApart) [[likely]]
             {
                 const LetterId* const from = at;
-                const LetterId* const stop = stopOf(alphabet, at, end);
+                if (at >= stop)
+                    stop = stopOf(alphabet, at, end);
                 at = alphabet.hasArguments ? carryOut<true>(alphabet, at, stop, arguments)
                                            : carryOut<false>(alphabet, at, stop, arguments);
                 if (at == stop && at != from)
@@ -76,6 +79,8 @@ public:
                 return static_cast<std::size_t>(at - letters.data());
             if (after == After::Next)
                 arguments += alphabet.arities[*at++];
+            if (command == TurtleCommand::BeginPolygon || command == TurtleCommand::EndPolygon)
+                stop = at; // steps need room for corners now, or no longer
         }
         return letters.size();
     }
@@ -95,6 +100,20 @@ public:
         place().axes += areShared;
         scratch_.axes[place().axes] = axes;
         place().yaw = 0;
+    }
+
+    /// Why a word of so many modules cannot end here, if so.
+    [[nodiscard]] std::optional<Error> unfinished(std::uint64_t modules) const
+    {
+        if (state_.depth == 0 && scratch_.cutPolygons.empty())
+            return {};
+        const bool isBracket = state_.depth > 0;
+        return Error{ErrorKind::BadInput,
+                     std::string(isBracket ? "`[`" : "`{`") + " is never closed in the word of " +
+                         std::to_string(modules) + " modules",
+                     isBracket ? "balanced brackets" : "balanced braces",
+                     {},
+                     {}};
     }
 
     [[nodiscard]] TurtlePlace& place() const { return scratch_.places[state_.depth]; }
@@ -328,25 +347,32 @@ private:
         return now.at;
     }
 
-    /// Where carryOut has to stop: the pen is full, or a tropism bends what follows a segment.
+    /// How far carryOut can go from `at`: as far as the pen has room, or to where that has to be looked at anew; with a
+    /// tropism no farther than to the end of a segment, which bends what follows.
     const LetterId* stopOf(const TurtleAlphabet& alphabet, const LetterId* at, const LetterId* end) const
     {
         constexpr std::size_t kAmple = 64;
         const std::size_t room = pen_.room();
         if (!settings_.tropism && room >= kAmple)
-            return at + std::min(room, static_cast<std::size_t>(end - at)); // a letter draws one segment at most
-        const LetterId* const drawing =
-            std::find_if(at, end, [&](LetterId letter) { return takesRoom(alphabet.commands[letter]); });
-        return drawing == end ? end : drawing + (room > 0);
+            return at + std::min(room, static_cast<std::size_t>(end - at)); // a letter takes room for one at most
+        const LetterId* const next = std::find_if(at, end, [&](LetterId letter) {
+            using enum TurtleCommand;
+            const TurtleCommand command = alphabet.commands[letter];
+            return command == Draw || command == Move || command == BeginPolygon || command == Corner ||
+                   command == EndPolygon;
+        });
+        return next == end ? end : next + hasRoomFor(alphabet.commands[*next]);
     }
 
-    [[nodiscard]] bool takesRoom(TurtleCommand command) const
+    [[nodiscard]] bool hasRoomFor(TurtleCommand command) const
     {
-        return command == TurtleCommand::Draw || (command == TurtleCommand::Move && pen_.collectsCorners());
+        return command == TurtleCommand::Draw   ? pen_.hasRoom(true)
+               : command == TurtleCommand::Move ? pen_.hasRoom(false)
+                                                : true;
     }
 
     /// The symbol after ~ names an organ, whatever it would do otherwise; only brackets stay brackets. In what is cut
-    /// off only brackets count, and the brace that ends a polygon begun before the cut.
+    /// off only brackets and braces count.
     After apart(TurtleCommand command, const double* parameter, std::uint32_t organ)
     {
         using enum TurtleCommand;
@@ -363,10 +389,8 @@ private:
         state_.organ = command == Organ;
         if (command == BeginPolygon)
             ++state_.cutPolygons;
-        else if (command == EndPolygon && state_.cutPolygons == 0)
-            return exceptional(command, parameter);
         else if (command == EndPolygon)
-            --state_.cutPolygons;
+            return exceptional(command, parameter);
         return After::Next;
     }
 
@@ -374,14 +398,14 @@ private:
     After exceptional(TurtleCommand command, const double* parameter)
     {
         using enum TurtleCommand;
-        if (!isFinite(parameter))
+        if (readsParameter(command) && !isFinite(parameter))
             return After::Failure;
         switch (command)
         {
         case Draw:
         case Move:
-            if (takesRoom(command) && pen_.room() == 0)
-                return pen_.makeRoom() ? After::Again : After::Failure;
+            if (!hasRoomFor(command))
+                return pen_.makeRoom(command == Draw) ? After::Again : After::Failure;
             if (TurtleTurns::has(place().yaw))
                 return fail(ErrorKind::Limit,
                             "the plant reaches farther than " + formatNumber(limits_.coordinate) + " m from the origin",
@@ -415,7 +439,6 @@ private:
         case Cut:
             state_.cut = true;
             state_.cutDepth = state_.depth;
-            state_.cutPolygons = 0;
             return After::Next;
         case Push:
             if (state_.depth >= limits_.bracketDepth)
@@ -432,13 +455,26 @@ private:
             state_.cut = state_.cut && state_.depth >= state_.cutDepth;
             return After::Next;
         case BeginPolygon:
-            return orFailure(pen_.beginPolygon());
+            if (scratch_.cutPolygons.size() >= limits_.bracketDepth)
+                return fail(ErrorKind::Limit, "polygons nest deeper than " + std::to_string(limits_.bracketDepth),
+                            "at most the limit bracketDepth");
+            pen_.beginPolygon();
+            scratch_.cutPolygons.push_back(std::exchange(state_.cutPolygons, 0));
+            return After::Next;
         case Corner:
             return orFailure(pen_.mark(place().position));
         case EndPolygon:
-            if (!pen_.hasPolygon())
+            if (state_.cutPolygons > 0) // it ends one that was cut off
+            {
+                --state_.cutPolygons;
+                return After::Next;
+            }
+            if (scratch_.cutPolygons.empty())
                 return fail(ErrorKind::BadInput, "`}` without `{`", "balanced braces");
-            return orFailure(pen_.endPolygon(place()));
+            state_.cutPolygons = scratch_.cutPolygons.back();
+            scratch_.cutPolygons.pop_back();
+            pen_.endPolygon(place());
+            return After::Next;
         case Organ:
             state_.organ = true;
             return After::Next;
@@ -457,6 +493,14 @@ private:
     {
         error = {kind, std::move(what), std::move(expected), {}, {}};
         return After::Failure;
+    }
+
+    static bool readsParameter(TurtleCommand command)
+    {
+        using enum TurtleCommand;
+        return command == Draw || command == Move || command == TurnLeft || command == TurnRight ||
+               command == PitchDown || command == PitchUp || command == RollLeft || command == RollRight ||
+               command == Width || command == Material || command == Sphere;
     }
 
     bool isFinite(const double* parameter)

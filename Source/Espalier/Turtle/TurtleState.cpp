@@ -33,6 +33,7 @@ void TurtleScratch::begin(double angleDegrees)
 {
     if (std::bit_cast<std::uint64_t>(angleDegrees) != std::bit_cast<std::uint64_t>(unitTurns.angleDegrees()))
         unitTurns = TurtleTurns(angleDegrees);
+    cutPolygons.clear();
     makeRoom(16);
     places[0] = TurtlePlace();
     axes[0] = TurtleAxes();

@@ -70,7 +70,7 @@ struct TurtleState
     bool organ = false;    ///< The last symbol was ~.
     bool cut = false;      ///< Until fewer than `cutDepth` brackets are open.
     std::size_t cutDepth = 0;
-    std::uint32_t cutPolygons = 0; ///< Opened since the cut.
+    std::uint32_t cutPolygons = 0; ///< Opened where it is cut, in the innermost polygon that is drawn, and still open.
 };
 
 /// Sine and cosine, each twice, as vectors want them.
@@ -151,10 +151,11 @@ struct TurtleScratch
     std::vector<TurtlePlace> places; ///< One for each open bracket, that of now, and room for more.
     std::vector<TurtleAxes> axes;    ///< Where places point to: never more different ones than brackets, and one.
     std::vector<std::uint32_t> instances;
-    std::vector<Vec3> corners;           ///< Of the polygons that are open, the outer ones first.
-    std::vector<std::uint32_t> polygons; ///< Where in `corners` each open polygon begins.
-    TurtleTurns unitTurns;               ///< By the angle of the grammar.
-    TurnCache turns;                     ///< By other numbers.
+    std::vector<Vec3> corners;              ///< Of the polygons that are open, the outer ones first.
+    std::vector<std::uint32_t> polygons;    ///< Where in `corners` each open polygon begins.
+    std::vector<std::uint32_t> cutPolygons; ///< For each open polygon TurtleState::cutPolygons around it.
+    TurtleTurns unitTurns;                  ///< By the angle of the grammar.
+    TurnCache turns;                        ///< By other numbers.
 
     /// For a new turtle, at the origin.
     void begin(double angleDegrees);

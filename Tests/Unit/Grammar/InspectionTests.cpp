@@ -108,5 +108,14 @@ TEST(Inspection, TellsHowWordsGrow)
     EXPECT_EQ(inspected("axiom: A\n").safeSteps, 4096u);
 }
 
+TEST(Inspection, StepsAreSafeOnlyIfWhatIsDrawnIsSafeToo)
+{
+    const auto safe = [](const char* text) {
+        return inspect(GrammarProgram::make(parseGrammar(text, "g", {}).value()).value()).safeSteps;
+    };
+    EXPECT_EQ(safe("axiom: A\nA -> AA\n"), 22u);
+    EXPECT_EQ(safe("axiom: A\nA -> AA\ninterpret: A -> F F\n"), 21u);
+}
+
 } // namespace
 } // namespace espalier

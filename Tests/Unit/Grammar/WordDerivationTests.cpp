@@ -286,7 +286,7 @@ TEST(WordDerivation, EqualsTheContractReadLiterally)
             samples::NaiveDerivation naive(grammar, key);
             if (refused)
             {
-                ASSERT_GT(price.interpreted.least, limits.modules) << "what fits is not refused";
+                ASSERT_GT(price.drawn.back().least, limits.modules) << "what fits is not refused";
             }
             const auto expected = naive.derive(steps);
             ASSERT_FALSE(naive.failed);
@@ -340,8 +340,8 @@ TEST(WordDerivation, EqualsTheContractReadLiterally)
             ASSERT_EQ(symbolsOf(*program, emitted.word), drawnSymbols);
             ASSERT_TRUE(std::ranges::equal(emitted.word.arguments, drawnArguments));
             const auto drawnLength = static_cast<double>(drawn.size());
-            ASSERT_LE(price.interpreted.least, drawnLength);
-            ASSERT_GE(price.interpreted.most, drawnLength);
+            ASSERT_LE(price.drawn.back().least, drawnLength);
+            ASSERT_GE(price.drawn.back().most, drawnLength);
 
             // The stream.
             if (!program->isContextFree())
@@ -359,6 +359,13 @@ TEST(WordDerivation, EqualsTheContractReadLiterally)
         const auto again = parseGrammar(printed, "printed.lsys", {});
         ASSERT_TRUE(again) << printed << toString(again.error());
         ASSERT_EQ(printGrammar(*again), printed);
+        const GrammarProgram reread = GrammarProgram::make(*again).value();
+        Word word, same;
+        const auto first = deriveWord(*program, key, 3, limits, scratch, word);
+        const auto second = deriveWord(reread, key, 3, limits, scratch, same);
+        ASSERT_EQ(first.has_value(), second.has_value()) << text;
+        ASSERT_EQ(symbolsOf(*program, word), symbolsOf(reread, same)) << text << printed;
+        ASSERT_TRUE(word.arguments == same.arguments) << text << printed;
     }
     EXPECT_GT(compared, 5000);
     EXPECT_GT(contextual, 1000);
@@ -384,6 +391,21 @@ TEST(WordDerivation, DrawsTransformsAsStreamingDoes)
         ASSERT_TRUE(streamWord(*program, RandomKey(Seed{seed}), 6, Interpretation::None, {}, scratch, streamed));
         ASSERT_TRUE(streamed.word == word) << "seed " << seed;
     }
+}
+
+TEST(WordDerivation, InterpretingStopsAtTheLimitOfModules)
+{
+    const GrammarProgram program =
+        programOf("axiom: " + std::string(1000, 'X') + "\ninterpret: X : rand(0, 1) >= 0 -> " + std::string(1000, 'F') +
+                  "\ninterpret: X -> F\n");
+    Limits limits;
+    limits.modules = 5000;
+    DerivationScratch scratch;
+    CollectingSink sink;
+    const auto done = streamWord(program, RandomKey(Seed{1}), 0, Interpretation::Apply, limits, scratch, sink);
+    ASSERT_FALSE(done);
+    EXPECT_NE(done.error().expected.find("the limit modules"), std::string::npos) << toString(done.error());
+    EXPECT_LE(sink.word.letters.size(), 6000u);
 }
 
 /// A stochastic grammar's lengths average to its expectation.
@@ -422,6 +444,15 @@ TEST(Forecasts, WhatIsWrongOtherwiseIsNotCalledLarge)
             programOf("axiom: " + std::string(100, 'A') + "\nA -> B\nB -> A\ninterpret: B -> " + huge + "\n" + more),
             100000, {}))
             << "the last step has no B";
+}
+
+TEST(Forecasts, WhatIsOnlyAtLeastSoMuchIsCalledSo)
+{
+    const auto priced = checkPrice(
+        programOf("axiom: F\nF -> FF\ninterpret: F : rand(0, 1) > 0.5 -> GGGG\ninterpret: F -> GG\n"), 22, {});
+    ASSERT_FALSE(priced);
+    EXPECT_NE(priced.error().what.find("at least 8388608 modules after `interpret:`"), std::string::npos)
+        << priced.error().what;
 }
 
 TEST(Forecasts, RulesThatNothingReachesCostNothing)

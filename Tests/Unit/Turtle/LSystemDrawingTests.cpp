@@ -199,6 +199,12 @@ TEST(LSystemDrawing, MisuseIsToldWithItsPlaceInTheWord)
     limits.vertices = 4;
     EXPECT_EQ(drawn("axiom: {ffff}\n", 0, limits).error, "");
     EXPECT_NE(drawn("axiom: {fffff}\n", 0, limits).error.find("the limit vertices"), std::string::npos);
+    limits.nodes = 1;
+    EXPECT_EQ(drawn("axiom: F{ff}\n", 0, limits).error, "") << "moves are no segments";
+    EXPECT_EQ(drawn("axiom: {f.f}\n", 0, limits).error, "");
+    EXPECT_NE(drawn("axiom: F{fF}\n", 0, limits).error.find("the limit nodes"), std::string::npos);
+    limits.nodes = 0;
+    EXPECT_EQ(drawn("axiom: {ff}\n", 0, limits).error, "");
     limits.nodes = 2;
     EXPECT_EQ(drawn("axiom: @@\n", 0, limits).error, "");
     EXPECT_NE(drawn("axiom: @@@\n", 0, limits).error.find("the limit nodes"), std::string::npos);
@@ -212,6 +218,18 @@ TEST(LSystemDrawing, ACutLeavesPolygonsWhole)
     EXPECT_EQ(skeleton.size(), 1u);
     EXPECT_EQ(skeleton.polygons.size(), 1u);
     EXPECT_EQ(skeleton.polygons[0].cornerCount, 3u);
+}
+
+TEST(LSystemDrawing, ABraceThatEndsWhatWasCutOffEndsNothingElse)
+{
+    const Skeleton cut = drawn("axiom: F[%{f]f}F\n").skeleton;
+    EXPECT_EQ(cut.size(), 2u);
+    EXPECT_TRUE(cut.polygons.empty());
+    // From the inside out: the leaf, what was cut off, the polygon round both.
+    const Skeleton nested = drawn("axiom: {f[%{]{fff}}ff}\n").skeleton;
+    ASSERT_EQ(nested.polygons.size(), 2u);
+    EXPECT_EQ(nested.polygons[0].cornerCount, 3u);
+    EXPECT_EQ(nested.polygons[1].cornerCount, 3u);
 }
 
 } // namespace

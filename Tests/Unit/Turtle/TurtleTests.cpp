@@ -262,6 +262,24 @@ TEST(Turtle, MisuseIsAnErrorAndLeavesNothing)
     }
 }
 
+TEST(Turtle, WhatASymbolDoesNotReadMayBeAnything)
+{
+    const double nan = std::numeric_limits<double>::quiet_NaN();
+    TurtleScratch scratch; // its stack is short at first, and long the second time
+    for (int i = 0; i < 2; ++i)
+    {
+        Skeleton skeleton;
+        Turtle turtle({}, {}, scratch, skeleton);
+        for (int depth = 0; depth < 100; ++depth)
+            EXPECT_TRUE(turtle.apply(TurtleCommand::Push, std::span(&nan, 1)));
+        for (const TurtleCommand command : {TurtleCommand::TurnAround, TurtleCommand::Level, TurtleCommand::Corner})
+            EXPECT_TRUE(turtle.apply(command, std::span(&nan, 1)));
+        for (int depth = 0; depth < 100; ++depth)
+            EXPECT_TRUE(turtle.apply(TurtleCommand::Pop, std::span(&nan, 1)));
+        EXPECT_TRUE(turtle.finish());
+    }
+}
+
 TEST(Turtle, AfterAnErrorNothingIsApplied)
 {
     Skeleton skeleton;
