@@ -2,6 +2,7 @@
 
 #include <Espalier/Grammar/Forecast.h>
 #include <Espalier/Grammar/Inspection.h>
+#include <Espalier/Species/Grow.h>
 #include <Espalier/Turtle/Turtle.h>
 #include <algorithm>
 #include <cmath>
@@ -94,6 +95,37 @@ std::optional<SegmentForecast> forecastSegments(const GrammarProgram& program, c
     return segments;
 }
 
+std::string_view nameOf(GrammarFinding::Kind kind)
+{
+    switch (kind)
+    {
+    case GrammarFinding::Kind::UnreachableSymbol:
+        return "unreachable";
+    case GrammarFinding::Kind::UselessProduction:
+        return "useless";
+    case GrammarFinding::Kind::UnmatchedModule:
+        return "unmatched";
+    case GrammarFinding::Kind::NoComment:
+        return "noComment";
+    }
+    return {};
+}
+
+/// Why the plant of the first seed cannot be drawn, where it cannot: what no look at the rules can tell, such as a
+/// division by zero on the way or a brace that is never closed.
+std::optional<Error> trialError(const Grammar& grammar, std::uint32_t steps, const Limits& limits)
+{
+    const auto grower = Grower::make(grammar, steps, limits);
+    if (!grower)
+        return grower.error();
+    GrowScratch scratch;
+    Skeleton skeleton;
+    GrowOptions options;
+    options.limits = limits;
+    const auto grown = grower->grow(Seed{1}, options, scratch, skeleton);
+    return grown ? std::nullopt : std::optional(grown.error());
+}
+
 void checkGrammar(const CheckCommand& command)
 {
     const Limits limits;
@@ -105,17 +137,19 @@ void checkGrammar(const CheckCommand& command)
     const WordForecast& word = price.steps.back();
     const auto reached = static_cast<std::uint32_t>(price.steps.size() - 1);
     const std::optional<SegmentForecast> segments = forecastSegments(program, price);
+    const std::optional<Error> trial = trialError(grammar, steps, limits);
     if (command.json)
     {
         nlohmann::ordered_json json;
         json["kind"] = kindOfGrammar(program);
         json["findings"] = nlohmann::ordered_json::array();
         for (const GrammarFinding& finding : inspection.findings)
-            json["findings"].push_back(
-                {{"kind", finding.kind == GrammarFinding::Kind::UnreachableSymbol ? "unreachable" : "useless"},
-                 {"line", finding.place.line},
-                 {"column", finding.place.column},
-                 {"what", finding.what}});
+            json["findings"].push_back({{"kind", nameOf(finding.kind)},
+                                        {"line", finding.place.line},
+                                        {"column", finding.place.column},
+                                        {"what", finding.what}});
+        if (trial)
+            json["trialError"] = {{"line", trial->where.line}, {"column", trial->where.column}, {"what", trial->what}};
         json["isGrowthKnown"] = inspection.isGrowthKnown;
         json["growth"] = inspection.growth == GrowthKind::Bounded      ? "bounded"
                          : inspection.growth == GrowthKind::Polynomial ? "polynomial"
@@ -141,6 +175,16 @@ void checkGrammar(const CheckCommand& command)
     for (const GrammarFinding& finding : inspection.findings)
         std::cout << command.grammar << ':' << finding.place.line << ':' << finding.place.column
                   << ": note: " << finding.what << '\n';
+    if (trial)
+    {
+        Error error = *trial;
+        error.where.file = command.grammar;
+        error.what = "at -n " + std::to_string(steps) + ", seed 1: " + error.what;
+        std::cout << toString(error) << '\n';
+    }
+    if (!command.iterations && !grammar.iterations && !grammar.productions.empty())
+        std::cout << command.grammar
+                  << ": note: no line `iterations:` tells how many steps; none are taken without -n\n";
     std::cout << command.grammar << ": " << kindOfGrammar(program) << "; " << grammar.productions.size()
               << (grammar.productions.size() == 1 ? " production" : " productions") << '\n'
               << "  growth: " << spellGrowth(inspection) << '\n'
@@ -151,8 +195,8 @@ void checkGrammar(const CheckCommand& command)
                   << std::round(segments->expected) << (price.isExact ? "" : " expected") << '\n';
     if (reached < steps)
         std::cout << "  modules after " << steps << " steps: not worked out\n";
-    std::cout << "  safe up to -n " << inspection.safeSteps << (inspection.isSafeBeyond ? " or more" : "")
-              << ": at most " << limits.modules << " modules\n";
+    std::cout << "  modules stay within the limit of " << limits.modules << " up to -n " << inspection.safeSteps
+              << (inspection.isSafeBeyond ? " or more" : "") << '\n';
 }
 
 } // namespace

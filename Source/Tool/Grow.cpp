@@ -35,6 +35,8 @@ void growTrees(const GrowCommand& command)
     {
         info.seed = Seed{range.first + i};
         grower.grow(info.seed, skeleton);
+        if (const std::string why = grower.emptiness(skeleton); !why.empty())
+            fail({ErrorKind::BadInput, why, {}, {}, {command.species, 0, 0}});
         meshOrFail(skeleton, species.appearance, "seed " + std::to_string(info.seed.value), command.species, {},
                    meshScratch, mesh);
         const std::filesystem::path path = numberedPath(command.output, info.seed.value, range.isRange);

@@ -12,18 +12,29 @@ SeededGrower::SeededGrower(std::string path, std::optional<std::uint32_t> iterat
     {
         species_.name = std::filesystem::path(path_).stem().string();
         species_.grammar = loadGrammarFile(path_);
-        iterations = iterations.value_or(species_.grammar.iterations.value_or(0));
+        grower_ = orFailIn(path_, Grower::make(species_.grammar, iterations));
     }
     else
+    {
         species_ = loadSpeciesFile(path_);
-    grower_ = orFailIn(path_, Grower::make(species_, iterations));
+        grower_ = orFailIn(path_, Grower::make(species_, iterations));
+    }
 }
 
 void SeededGrower::grow(Seed seed, Skeleton& skeleton)
 {
     orFailIn(path_, grower_->grow(seed, {}, scratch_, skeleton));
-    if (kindOf(path_) == InputKind::Grammar && !skeleton.widthsGiven) // it has no pipe model of its own
-        completeAxes(skeleton, suggestPipes(skeleton));
+}
+
+std::string SeededGrower::emptiness(const Skeleton& skeleton) const
+{
+    if (!skeleton.empty() || !skeleton.polygons.empty() || !skeleton.spheres.empty())
+        return {};
+    const auto steps = grower_->iterations();
+    if (!steps)
+        return "nothing is drawn";
+    return "nothing is drawn after " + std::to_string(*steps) + (*steps == 1 ? " step" : " steps") +
+           "; derive more, by `iterations:` or -n, or name what draws in `draw:`";
 }
 
 void PlantInput::addTo(CLI::App& verb)
@@ -75,6 +86,7 @@ void PlantInput::eachPlant(const std::function<void(Plant&)>& use) const
         plant.seed = range.first + i;
         plant.label = "seed " + std::to_string(*plant.seed);
         grower.grow(Seed{*plant.seed}, plant.skeleton);
+        plant.emptiness = grower.emptiness(plant.skeleton);
         use(plant);
     }
 }

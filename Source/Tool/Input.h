@@ -15,7 +15,8 @@ struct Plant
 {
     std::string label; ///< "archetype", "seed 7"
     std::optional<std::uint64_t> seed;
-    Skeleton skeleton; ///< With axes and radii.
+    Skeleton skeleton;     ///< With axes and radii.
+    std::string emptiness; ///< Why it cannot be shown, if nothing of it is drawn.
 };
 
 /// Grows the plants of a species or of a grammar by itself, which is derived by `iterations` steps, else `iterations:`,
@@ -30,6 +31,8 @@ public:
     [[nodiscard]] const Species& species() const { return species_; }
     /// With axes and radii: where neither the grammar nor a species says otherwise, such as suit the plant.
     void grow(Seed seed, Skeleton& skeleton);
+    /// Why there is nothing to see of a plant of this grower; empty if there is.
+    [[nodiscard]] std::string emptiness(const Skeleton& skeleton) const;
 
 private:
     std::string path_;

@@ -77,6 +77,13 @@ struct Gallery
             dipInInk(*appearances.back());
         const Appearance* shown = appearances.back().get();
         input.eachPlant([&](Plant& plant) {
+            if (!plant.emptiness.empty())
+            {
+                if (!command.sheet)
+                    fail({ErrorKind::BadInput, plant.emptiness, {}, {}, {input.path, 0, 0}});
+                std::cerr << input.path << ": " << plant.label << " is left out: " << plant.emptiness << '\n';
+                return;
+            }
             if (command.linePixels > 0)
                 divideIntoStrokes(plant.skeleton);
             thickenLines(plant.skeleton, static_cast<float>(command.linePixels), settings);
@@ -138,6 +145,9 @@ void render(const RenderCommand& command)
                         settings, steps.size() > 1);
     if (gallery.subjects.size() > 1 && !command.sheet)
         failUsage("render: several trees need --sheet; expected that, or one tree");
+
+    if (gallery.subjects.empty())
+        fail({ErrorKind::BadInput, "nothing is left to show", {}, {}, {command.inputs.front(), 0, 0}});
 
     const Progress progress = terminalProgress();
     const Picture picture =

@@ -110,6 +110,7 @@ expect "facts of a grammar's plant" 0 '"segments": 97920' "$espalier" measure pl
 expect "overlaps of a grammar's plant" 0 '"count"' "$espalier" overlap plant.lsys -n 3 --json
 expect "a grammar grows" 0 "lsys-2.glb" "$espalier" grow plant.lsys --seed 1..2 -o lsys.glb
 expect "picture of a grammar" 0 "l.png" "$espalier" render plant.lsys -n 4 --samples 1 --width 64 --height 64 -o l.png
+printf 'axiom: A(1)\nA(x) -> F(1/(2-x))A(x+1)\n' > tried.lsys
 expect "check tells the growth" 0 "by a factor of 4 a step" "$espalier" check plant.lsys
 expect "check tells the size" 0 "modules after 8 steps: 403751" "$espalier" check plant.lsys -n 8
 expect "check tells the segments" 0 "segments: 97920" "$espalier" check plant.lsys -n 8
@@ -117,6 +118,11 @@ expect "check tells what fits" 0 '"safeIterations": 9' "$espalier" check plant.l
 printf 'axiom: A\nA -> F A\nA -> G\nB -> F\n' > useless.lsys
 expect "check names what cannot be taken" 0 'useless.lsys:3:1: note: the production `A -> G` can never be taken: the production of line 2' "$espalier" check useless.lsys
 expect "check names what cannot be reached" 0 'useless.lsys:4:1: note: the symbol `B` cannot be reached' "$espalier" check useless.lsys
+expect "check tries what the rules do not tell" 0 'tried.lsys:2:11: at -n 2, seed 1: an expression' "$espalier" check tried.lsys -n 2
+expect "check asks for steps" 0 "no line \`iterations:\`" "$espalier" check tried.lsys
+expect "nothing drawn, and why" 3 "nothing is drawn after 0 steps" "$espalier" render plant.lsys -n 0 -o no.png
+expect "nothing to bake, and why" 3 "nothing is drawn after 0 steps" "$espalier" grow plant.lsys -n 0 -o no.glb
+expect "a sheet leaves out what is empty" 0 "seed 1 is left out" "$espalier" render plant.lsys -n 0..1 --sheet --samples 1 --width 64 --height 64 -o s.png
 
 # What a grammar gets wrong has its place; what would explode is refused at once.
 printf 'axiom: A(1)\nA(x) -> F(1/(x-1))\n' > divide.lsys

@@ -4,7 +4,9 @@
 #include <Espalier/Core/Utf8.h>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <set>
+#include <utility>
 
 namespace espalier {
 
@@ -453,9 +455,41 @@ private:
         parser.expectEnd("the setting");
     }
 
+    /// The setting that `name` is within two letters of (Levenshtein 1966), or nothing.
+    static std::string_view nearestSetting(std::string_view name)
+    {
+        std::string_view nearest;
+        std::size_t least = 3;
+        for (const std::string_view known : kSettings)
+        {
+            if (known.size() < 4 || name.size() > known.size() + 2)
+                continue;
+            std::vector<std::size_t> row(name.size() + 1);
+            std::iota(row.begin(), row.end(), std::size_t{0});
+            for (std::size_t i = 0; i < known.size(); ++i)
+            {
+                std::size_t diagonal = std::exchange(row[0], i + 1);
+                for (std::size_t k = 0; k < name.size(); ++k)
+                {
+                    const std::size_t changed = diagonal + (known[i] == name[k] ? 0 : 1);
+                    diagonal = row[k + 1];
+                    row[k + 1] = std::min({changed, row[k] + 1, diagonal + 1});
+                }
+            }
+            if (row.back() < least)
+            {
+                least = row.back();
+                nearest = known;
+            }
+        }
+        return nearest;
+    }
+
     [[noreturn]] static void unknownSetting(const std::string& name, std::size_t start)
     {
         std::string expected = insteadOf(name);
+        if (const std::string_view meant = nearestSetting(name); expected.empty() && !meant.empty())
+            expected = "`" + std::string(meant) + ":`";
         if (expected.empty())
         {
             for (const std::string_view known : kSettings)

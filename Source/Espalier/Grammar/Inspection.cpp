@@ -50,10 +50,13 @@ public:
             if (!reaches(step.letter))
                 return text(step.letter) + " never occurs";
         const Production& source = program_.sourceOf(one);
-        return text(source.predecessor, source.parameters.size()) + " never occurs";
+        std::string reason = text(source.predecessor, source.parameters.size()) + " never occurs";
+        for (std::uint32_t l = 0; l < program_.letterCount(); ++l)
+            if (reached_[l] && program_.symbolOf(static_cast<LetterId>(l)) == source.predecessor)
+                return reason + ", but " + text(static_cast<LetterId>(l)) + " does";
+        return reason;
     }
 
-private:
     std::string text(LetterId letter) const { return text(program_.symbolOf(letter), program_.arityOf(letter)); }
 
     std::string text(SymbolId symbol, std::size_t parameters) const
@@ -64,6 +67,7 @@ private:
         return result;
     }
 
+private:
     /// What speaks against a rule by itself and by those before it in its group.
     void listReasons()
     {
@@ -139,9 +143,8 @@ private:
     std::vector<std::string> reasons_;
 };
 
-void findUseless(const GrammarProgram& program, GrammarInspection& result)
+void findUseless(const GrammarProgram& program, const Reachability& reachability, GrammarInspection& result)
 {
-    const Reachability reachability(program);
     std::vector<bool> told(program.grammar().symbols.size(), false);
     for (std::uint32_t r = 0; r < program.code().rules.size(); ++r)
     {
@@ -172,8 +175,44 @@ void findUseless(const GrammarProgram& program, GrammarInspection& result)
     for (const Production& production : program.grammar().productions)
         for (const Module& module : production.successor)
             tell(module.symbol, production.place);
-    std::ranges::stable_sort(
-        result.findings, [](const GrammarFinding& a, const GrammarFinding& b) { return a.place.line < b.place.line; });
+}
+
+/// Modules that nothing rewrites although their symbol has productions, for other numbers of parameters; and `/*`.
+void findSlips(const GrammarProgram& program, const Reachability& reachability, GrammarInspection& result)
+{
+    const GrammarProgram::Code& code = program.code();
+    std::vector<std::uint32_t> rewritten(program.grammar().symbols.size(), kNothing); // a letter of the symbol
+    for (std::uint32_t l = 0; l < program.letterCount(); ++l)
+        if (program.isKeyed(static_cast<LetterId>(l)))
+            rewritten[program.symbolOf(static_cast<LetterId>(l))] = l;
+    std::vector<bool> told(program.letterCount(), false);
+    const SymbolId slash = program.grammar().symbols.find("/");
+    const SymbolId star = program.grammar().symbols.find("*");
+    for (std::uint32_t w = 0; w < code.words.size(); ++w)
+    {
+        if (w > 0 && (code.rules[w - 1].isInterpretation || !reachability.canBeTaken(w - 1)))
+            continue;
+        const TextPlace place = w == 0 ? program.grammar().axiomPlace : program.sourceOf(code.rules[w - 1]).place;
+        SymbolId before = program.grammar().symbols.size();
+        for (const LetterId letter :
+             std::span(code.letters).subspan(code.words[w].firstLetter, code.words[w].letterCount))
+        {
+            const SymbolId symbol = program.symbolOf(letter);
+            if (before == slash && symbol == star)
+                result.findings.push_back({GrammarFinding::Kind::NoComment, place,
+                                           "`/*` begins no comment: what follows is symbols; `#` begins one"});
+            before = symbol;
+            if (program.isKeyed(letter) || rewritten[symbol] == kNothing || told[letter])
+                continue;
+            told[letter] = true;
+            const auto text = [&](LetterId l) {
+                return reachability.text(l) + (program.arityOf(l) == 0 ? " without parameters" : "");
+            };
+            result.findings.push_back(
+                {GrammarFinding::Kind::UnmatchedModule, place,
+                 text(letter) + " has no production; " + text(static_cast<LetterId>(rewritten[symbol])) + " has"});
+        }
+    }
 }
 
 /// Long words are forecast until a double cannot hold them; the last steps tell how they grow in the long run.
@@ -229,7 +268,11 @@ void findGrowth(const GrammarProgram& program, const Limits& limits, GrammarInsp
 GrammarInspection inspect(const GrammarProgram& program, const Limits& limits)
 {
     GrammarInspection result;
-    findUseless(program, result);
+    const Reachability reachability(program);
+    findUseless(program, reachability, result);
+    findSlips(program, reachability, result);
+    std::ranges::stable_sort(
+        result.findings, [](const GrammarFinding& a, const GrammarFinding& b) { return a.place.line < b.place.line; });
     findGrowth(program, limits, result);
     return result;
 }

@@ -15,6 +15,8 @@ struct GrammarFinding
     {
         UnreachableSymbol, ///< No derivation of the axiom ever holds it, with this number of parameters.
         UselessProduction, ///< It can never be taken.
+        UnmatchedModule,   ///< It has no production, and one of the same symbol with other parameters has.
+        NoComment,         ///< What looks like a comment, and is symbols.
     };
     Kind kind = Kind::UselessProduction;
     TextPlace place;

@@ -93,6 +93,16 @@ Expected<Grower> Grower::make(const Species& species, std::optional<std::uint32_
     return grower;
 }
 
+Expected<Grower> Grower::make(const Grammar& grammar, std::optional<std::uint32_t> iterations, const Limits& limits)
+{
+    Species species;
+    species.grammar = grammar;
+    auto grower = make(species, iterations.value_or(grammar.iterations.value_or(0)), limits);
+    if (grower)
+        grower->pipes_.reset();
+    return grower;
+}
+
 Grower::Grower(GrammarProgram program, const Species& species)
     : program_(std::move(program)), alphabet_(program_), turtle_(turtleSettings(species.grammar)),
       window_(species.window), pipes_(species.appearance.pipes)
@@ -179,7 +189,10 @@ Expected<void> Grower::grow(Seed seed, const GrowOptions& options, GrowScratch& 
     }
     if (auto done = turtle.finish(); !done)
         return done;
-    completeAxes(skeleton, pipes_);
+    if (!pipes_ && !skeleton.widthsGiven)
+        completeAxes(skeleton, suggestPipes(skeleton));
+    else
+        completeAxes(skeleton, pipes_.value_or(PipeModel{}));
     return {};
 }
 

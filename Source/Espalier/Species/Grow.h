@@ -49,6 +49,11 @@ public:
     [[nodiscard]] static Expected<Grower> make(const Species& species, std::optional<std::uint32_t> iterations = {},
                                                const Limits& limits = {});
 
+    /// A grammar alone: derived by `iterations` steps, else by its `iterations:`, else by none. Where it sets no
+    /// widths, radii suit each plant (suggestPipes).
+    [[nodiscard]] static Expected<Grower> make(const Grammar& grammar, std::optional<std::uint32_t> iterations = {},
+                                               const Limits& limits = {});
+
     /// Grows the tree of `seed` into `skeleton`, axes and radii included. Depth first, without building a word unless
     /// the grammar has contexts; nothing is allocated once `scratch` and `skeleton` are warm. On failure `skeleton` is
     /// empty.
@@ -68,6 +73,8 @@ public:
                                         GrowScratch& scratch, DerivationSink& sink) const;
 
     [[nodiscard]] const GrammarProgram& program() const noexcept { return program_; }
+    /// Of the derivation; none: until nothing can be rewritten.
+    [[nodiscard]] std::optional<std::uint32_t> iterations() const noexcept { return iterations_; }
 
 private:
     Grower(GrammarProgram program, const Species& species);
@@ -78,7 +85,7 @@ private:
     std::optional<std::uint32_t> iterations_;
     TurtleSettings turtle_;
     std::optional<GrowthWindow> window_;
-    PipeModel pipes_;
+    std::optional<PipeModel> pipes_; ///< None: such as suit the plant.
 };
 
 /// One tree, for those who grow few: Grower::make and grow in one call.

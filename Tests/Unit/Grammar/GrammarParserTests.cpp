@@ -131,7 +131,7 @@ TEST(GrammarParser, EveryMistakeIsReportedWhereItStands)
         {"symbols: 1b\naxiom: A\n", 1, 10, "unexpected `1`; expected the name of a symbol"},
         {"symbols: let\naxiom: A\n", 1, 10, "`let` cannot be a symbol"},
         {"symbols: Ab axiom\naxiom: A\n", 1, 13, "`axiom` cannot be a symbol"},
-        {"axiom: A\nangel: 20\n", 2, 1, "unknown setting `angel:`; expected one of symbols, angle"},
+        {"axiom: A\nangel: 20\n", 2, 1, "unknown setting `angel:`; expected `angle:`"},
         {"axiom: A\nangle:\n", 2, 7, "unexpected the end of the line in an expression"},
         {"axiom: A\nangle: 3601\n", 2, 8, "the value 3601 is out of range; expected a number from -3600 to 3600"},
         {"axiom: A\nangle: 1/0\n", 2, 8, "the value is not finite"},
@@ -233,8 +233,9 @@ TEST(GrammarParser, MistakesInSettingsSayWhatToWrite)
         {"ignore: F\nignore: G\naxiom: A\n", 2, 1, "the setting `ignore:` stands twice"},
         {"order: listed\norder: listed\naxiom: A\n", 2, 1, "the setting `order:` stands twice"},
         {"tropism: 1 0 1 0\ntropism: 1 0 1 0\naxiom: A\n", 2, 1, "the setting `tropism:` stands twice"},
-        {"axiom: A\ninterprete: A -> B\n", 2, 1,
-         "unknown setting `interprete:`; expected one of symbols, angle, step, width, draw, move, ignore, order, "
+        {"axiom: A\ninterprete: A -> B\n", 2, 1, "unknown setting `interprete:`; expected `interpret:`"},
+        {"axiom: A\ncolours: A -> B\n", 2, 1,
+         "unknown setting `colours:`; expected one of symbols, angle, step, width, draw, move, ignore, order, "
          "tropism, iterations, axiom, interpret; or exactly one symbol"},
         {"symbols: interpret\naxiom: A\n", 1, 10, "`interpret` cannot be a symbol"},
     };

@@ -108,6 +108,20 @@ TEST(Inspection, TellsHowWordsGrow)
     EXPECT_EQ(inspected("axiom: A\n").safeSteps, 4096u);
 }
 
+TEST(Inspection, NamesSlips)
+{
+    EXPECT_NE(findingsOf("axiom: A(1, 2)\nA(x) -> F A(x)\n")
+                  .find("1:8: `A` with 2 parameters has no production; `A` with 1 parameter has"),
+              std::string::npos);
+    EXPECT_NE(findingsOf("axiom: A(1)\nA(x) -> F A\n")
+                  .find("2:1: `A` without parameters has no production; `A` with 1 parameter has"),
+              std::string::npos);
+    EXPECT_NE(findingsOf("axiom: A(1)\nA -> F\n").find("`A` never occurs, but `A` with 1 parameter does"),
+              std::string::npos);
+    EXPECT_NE(findingsOf("axiom: A\nA -> F /* grow */ A\n").find("2:1: `/*` begins no comment"), std::string::npos);
+    EXPECT_EQ(findingsOf("axiom: A\nA -> F /(60) A // B(1)\ninterpret: B(x) -> F(x)\n"), "");
+}
+
 TEST(Inspection, StepsAreSafeOnlyIfWhatIsDrawnIsSafeToo)
 {
     const auto safe = [](const char* text) {

@@ -217,6 +217,25 @@ TEST(Grow, CountsWhatItWouldDraw)
     }
 }
 
+TEST(Grow, AGrammarAloneGrowsByItsStepsWithRadiiThatSuitIt)
+{
+    const auto grammar = [](const std::string& text) { return parseGrammar(text, "g.lsys", {}).value(); };
+    const std::string rule = "axiom: F\nF -> F[+F]F[-F]F\n";
+    GrowScratch scratch;
+    Skeleton skeleton;
+    ASSERT_TRUE(Grower::make(grammar(rule))->grow(Seed{1}, {}, scratch, skeleton));
+    EXPECT_EQ(skeleton.size(), 1u) << "no steps unless something says how many";
+    ASSERT_TRUE(Grower::make(grammar("iterations: 2\n" + rule))->grow(Seed{1}, {}, scratch, skeleton));
+    EXPECT_EQ(skeleton.size(), 25u);
+    ASSERT_TRUE(Grower::make(grammar("iterations: 2\n" + rule), 4)->grow(Seed{1}, {}, scratch, skeleton));
+    EXPECT_EQ(skeleton.size(), 625u);
+    const float height = skeleton.maxY - skeleton.minY;
+    EXPECT_GT(skeleton.startRadii[0], 0.015f * height);
+    EXPECT_LT(skeleton.startRadii[0], 0.05f * height);
+    ASSERT_TRUE(Grower::make(grammar("axiom: !(0.25)F\n"))->grow(Seed{1}, {}, scratch, skeleton));
+    EXPECT_EQ(skeleton.startRadii[0], 0.125f) << "it says so";
+}
+
 TEST(Grow, KeepsTheWindow)
 {
     const Species species = bushy(R"(, "window": {"segments": [6, 30], "depth": [3, 8], "attempts": 1024})");
