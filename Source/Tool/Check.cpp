@@ -111,19 +111,20 @@ std::string_view nameOf(GrammarFinding::Kind kind)
     return {};
 }
 
-/// Why the plant of the first seed cannot be drawn, where it cannot: what no look at the rules can tell, such as a
+/// The segments of the plant of seed 1, or why it cannot be drawn: what no look at the rules can tell, such as a
 /// division by zero on the way or a brace that is never closed.
-std::optional<Error> trialError(const Grammar& grammar, std::uint32_t steps, const Limits& limits)
+Expected<std::uint32_t> drawOnTrial(const Grammar& grammar, std::uint32_t steps, const Limits& limits)
 {
     const auto grower = Grower::make(grammar, steps, limits);
     if (!grower)
-        return grower.error();
+        return tl::make_unexpected(grower.error());
     GrowScratch scratch;
     Skeleton skeleton;
     GrowOptions options;
     options.limits = limits;
-    const auto grown = grower->grow(Seed{1}, options, scratch, skeleton);
-    return grown ? std::nullopt : std::optional(grown.error());
+    if (auto grown = grower->grow(Seed{1}, options, scratch, skeleton); !grown)
+        return tl::make_unexpected(grown.error());
+    return skeleton.size();
 }
 
 void checkGrammar(const CheckCommand& command)
@@ -137,7 +138,7 @@ void checkGrammar(const CheckCommand& command)
     const WordForecast& word = price.steps.back();
     const auto reached = static_cast<std::uint32_t>(price.steps.size() - 1);
     const std::optional<SegmentForecast> segments = forecastSegments(program, price);
-    const std::optional<Error> trial = trialError(grammar, steps, limits);
+    const Expected<std::uint32_t> trial = drawOnTrial(grammar, steps, limits);
     if (command.json)
     {
         nlohmann::ordered_json json;
@@ -149,7 +150,11 @@ void checkGrammar(const CheckCommand& command)
                                         {"column", finding.place.column},
                                         {"what", finding.what}});
         if (trial)
-            json["trialError"] = {{"line", trial->where.line}, {"column", trial->where.column}, {"what", trial->what}};
+            json["segmentsOfSeed1"] = *trial;
+        else
+            json["trialError"] = {{"line", trial.error().where.line},
+                                  {"column", trial.error().where.column},
+                                  {"what", trial.error().what}};
         json["isGrowthKnown"] = inspection.isGrowthKnown;
         json["growth"] = inspection.growth == GrowthKind::Bounded      ? "bounded"
                          : inspection.growth == GrowthKind::Polynomial ? "polynomial"
@@ -175,9 +180,9 @@ void checkGrammar(const CheckCommand& command)
     for (const GrammarFinding& finding : inspection.findings)
         std::cout << command.grammar << ':' << finding.place.line << ':' << finding.place.column
                   << ": note: " << finding.what << '\n';
-    if (trial)
+    if (!trial)
     {
-        Error error = *trial;
+        Error error = trial.error();
         error.where.file = command.grammar;
         error.what = "at -n " + std::to_string(steps) + ", seed 1: " + error.what;
         std::cout << toString(error) << '\n';
@@ -193,10 +198,12 @@ void checkGrammar(const CheckCommand& command)
     if (segments)
         std::cout << "  segments: " << (segments->isBound ? "at most " : "") << std::setprecision(15)
                   << std::round(segments->expected) << (price.isExact ? "" : " expected") << '\n';
+    if (trial)
+        std::cout << "  segments of seed 1: " << *trial << '\n';
     if (reached < steps)
         std::cout << "  modules after " << steps << " steps: not worked out\n";
-    std::cout << "  modules stay within the limit of " << limits.modules << " up to -n " << inspection.safeSteps
-              << (inspection.isSafeBeyond ? " or more" : "") << '\n';
+    std::cout << "  modules are sure to stay within the limit of " << limits.modules << " up to -n "
+              << inspection.safeSteps << (inspection.isSafeBeyond ? " or more" : "") << '\n';
 }
 
 } // namespace

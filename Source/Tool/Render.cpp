@@ -191,7 +191,9 @@ void addRender(CLI::App& app)
         ->check(CLI::Range(-80.0, 80.0));
     verb->add_flag("--paper", command->paper, "As a figure in a book: on blank paper, lit softly; with --lines in ink");
     verb->add_option("--lines", command->linePixels,
-                     "As a line drawing, for curves that are no trees: sharp corners, no line thinner than N pixels")
+                     "As a line drawing, for curves that are no trees: sharp corners, lines of N pixels; where the "
+                     "plant sets widths, "
+                     "no thinner than that")
         ->check(CLI::Range(0.0, 100.0));
     command->templates.addTo(*verb);
     verb->callback([command] { render(*command); });

@@ -68,7 +68,7 @@ void thickenLines(Skeleton& skeleton, float pixels, const RenderSettings& settin
     const auto least = static_cast<float>(0.5 * static_cast<double>(pixels) * metresPerPixel);
     for (std::vector<float>* radii : {&skeleton.startRadii, &skeleton.endRadii})
         for (float& radius : *radii)
-            radius = std::max(radius, least);
+            radius = skeleton.widthsGiven ? std::max(radius, least) : least;
 }
 
 } // namespace espalier

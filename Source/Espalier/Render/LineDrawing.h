@@ -23,9 +23,9 @@ void divideIntoStrokes(Skeleton& skeleton);
 /// its pixels in part looks paler than it is.
 void dipInInk(Appearance& appearance);
 
-/// Raises radii to what is drawn about `pixels` wide when renderPicture shows the whole of this plant, before it is
-/// meshed. On sheets and turntables, which share one scale, the smaller plants' lines are thinner. Nothing happens for
-/// pixels <= 0.
+/// Sets radii to what is drawn about `pixels` wide when renderPicture shows the whole of this plant, before it is
+/// meshed; where the turtle was given widths, raises those that are less. On sheets and turntables, which share one
+/// scale, the smaller plants' lines are thinner. Nothing happens for pixels <= 0.
 void thickenLines(Skeleton& skeleton, float pixels, const RenderSettings& settings);
 
 } // namespace espalier
