@@ -16,7 +16,7 @@ bash Samples/install.sh
 tests=OFF
 [ -f Build/release/Tests/CTestTestfile.cmake ] && tests=ON
 run cmake --preset release -DESPALIER_WITH_TESTS=$tests -DESPALIER_WITH_BENCHMARKS=$tests
-run cmake --build --preset release --parallel "$(nproc)" --target espalier espalier_quickstart
+run cmake --build --preset release --parallel "$(nproc)" --target espalier espalier_quickstart espalier_lsystem
 
 out=Samples/out
 rm -rf "$out"

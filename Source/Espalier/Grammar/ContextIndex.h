@@ -11,7 +11,7 @@ namespace espalier {
 struct Word;
 
 /// Who is whose neighbour in one word, found in two passes, so that matching a context costs its own length and not
-/// that of the branches between (DESIGN 6, Contexts; ABOP p. 30-32).
+/// that of the branches between (Content/Grammars/LANGUAGE.md, Contexts; ABOP p. 30-32).
 class ContextIndex
 {
 public:

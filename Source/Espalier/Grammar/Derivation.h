@@ -13,9 +13,9 @@
 
 namespace espalier {
 
-// Three ways through one set of rules (DESIGN 6). All modules of a word are rewritten at once; a module that nothing
-// matches is copied. Every choice is keyed by its path: the ordinals of rewritable modules from the axiom down, so a
-// change in one branch leaves the others as they were.
+// Three ways through one set of rules (Content/Grammars/LANGUAGE.md). All modules of a word are rewritten at once; a
+// module that nothing matches is copied. Every choice is keyed by its path: the ordinals of rewritable modules from the
+// axiom down, so a change in one branch leaves the others as they were.
 //
 //   deriveWord     so many steps, the word in memory; every kind of L-system
 //   streamWord     the same word, depth first into a sink, in memory proportional to the depth; context-free ones

@@ -114,10 +114,10 @@ struct Grammar
 /// Where a line and column of a grammar stand that is part of another file.
 using GrammarPlace = std::function<Location(std::uint32_t line, std::uint32_t column)>;
 
-/// Reads the text form (DESIGN 6). Up to 20 errors are collected, each with its line and column; the Error is the first
-/// of them, and its advice lists the others. What follows from a reported mistake is not reported. `file` names the
-/// text in errors; `place`, if given, says where its lines stand. Linear in the text; within the limits it takes less
-/// than 256 MiB.
+/// Reads the text form (Content/Grammars/LANGUAGE.md). Up to 20 errors are collected, each with its line and column;
+/// the Error is the first of them, and its advice lists the others. What follows from a reported mistake is not
+/// reported. `file` names the text in errors; `place`, if given, says where its lines stand. Linear in the text; within
+/// the limits it takes less than 256 MiB.
 [[nodiscard]] Expected<Grammar> parseGrammar(std::string_view text, std::string_view file, const Limits& limits,
                                              const GrammarPlace& place = {});
 

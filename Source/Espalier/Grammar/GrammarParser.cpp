@@ -455,7 +455,7 @@ private:
         parser.expectEnd("the setting");
     }
 
-    /// The setting that `name` is within two letters of (Levenshtein 1966), or nothing.
+    /// The setting that `name` is within two letters of, or one if it is short (Levenshtein 1966), or nothing.
     static std::string_view nearestSetting(std::string_view name)
     {
         std::string_view nearest;
@@ -476,7 +476,7 @@ private:
                     row[k + 1] = std::min({changed, row[k] + 1, diagonal + 1});
                 }
             }
-            if (row.back() < least)
+            if (row.back() < std::min<std::size_t>(least, known.size() < 5 ? 2 : 3))
             {
                 least = row.back();
                 nearest = known;

@@ -50,7 +50,7 @@ struct Rewritten
     return (module + 1) << 8;
 }
 
-/// Takes the rule of a group that applies to a module (DESIGN 6, Which production).
+/// Takes the rule of a group that applies to a module (Content/Grammars/LANGUAGE.md, Which production).
 class RuleChooser
 {
 public:

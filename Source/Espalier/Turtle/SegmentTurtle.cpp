@@ -271,8 +271,8 @@ private:
                           "the derivation takes more than " + std::to_string(drawing_.limits.derivationWork) +
                               " units of work",
                           "at most the limit derivationWork",
-                          {},
-                          "derive fewer steps"};
+                          "derive fewer steps",
+                          {}};
         return false;
     }
 

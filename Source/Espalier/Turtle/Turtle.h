@@ -25,9 +25,10 @@ struct TurtleSettings
 /// The settings of a grammar; a width other than the default is a given one.
 [[nodiscard]] TurtleSettings turtleSettings(const Grammar& grammar);
 
-/// Draws a word into a skeleton, symbol by symbol: start at the origin, heading +Y, left -X, up +Z (DESIGN 6; Abelson
-/// and diSessa's turtle in three dimensions, ABOP p. 18). Positions and frame are kept in doubles, so long axes do not
-/// drift: a turn is off by some 2^-52, so that even a path of four million turns stays within a billionth.
+/// Draws a word into a skeleton, symbol by symbol: start at the origin, heading +Y, left -X, up +Z
+/// (Content/Grammars/LANGUAGE.md; Abelson and diSessa's turtle in three dimensions, ABOP p. 18). Positions and frame
+/// are kept in doubles, so long axes do not drift: a turn is off by some 2^-52, so that even a path of four million
+/// turns stays within a billionth.
 ///
 /// Polygons collect the end of every move and every segment inside { and }, and the position at every `.`; they nest,
 /// and run across brackets. Misuse (an unbalanced bracket or brace, a parameter that is not finite), a coordinate or

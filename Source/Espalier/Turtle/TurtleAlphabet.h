@@ -36,8 +36,8 @@ enum class TurtleCommand : std::uint8_t
     Sphere,       ///< @: parameter: diameter, metres
 };
 
-/// The command that a symbol spells by convention (DESIGN 6); Nothing for every other symbol. F, G and f are Draw and
-/// Move here; a grammar's `draw:` and `move:` may say otherwise.
+/// The command that a symbol spells by convention (Content/Grammars/LANGUAGE.md); Nothing for every other symbol. F, G
+/// and f are Draw and Move here; a grammar's `draw:` and `move:` may say otherwise.
 [[nodiscard]] TurtleCommand turtleCommand(std::string_view symbol) noexcept;
 
 /// What each letter of a program makes the turtle do. Immutable; share it among threads.

@@ -132,6 +132,7 @@ TEST(GrammarParser, EveryMistakeIsReportedWhereItStands)
         {"symbols: let\naxiom: A\n", 1, 10, "`let` cannot be a symbol"},
         {"symbols: Ab axiom\naxiom: A\n", 1, 13, "`axiom` cannot be a symbol"},
         {"axiom: A\nangel: 20\n", 2, 1, "unknown setting `angel:`; expected `angle:`"},
+        {"axiom: A\nseed: 20\n", 2, 1, "unknown setting `seed:`; expected one of symbols, angle"},
         {"axiom: A\nangle:\n", 2, 7, "unexpected the end of the line in an expression"},
         {"axiom: A\nangle: 3601\n", 2, 8, "the value 3601 is out of range; expected a number from -3600 to 3600"},
         {"axiom: A\nangle: 1/0\n", 2, 8, "the value is not finite"},

@@ -11,8 +11,9 @@
 
 namespace espalier::samples {
 
-/// Derivation as the contract tells it (DESIGN 6), module by module on lists, with the tree evaluator and without any
-/// preparation: the second way to the same words. Slow, and made to be compared with the text of the contract.
+/// Derivation as the contract tells it (Content/Grammars/LANGUAGE.md), module by module on lists, with the tree
+/// evaluator and without any preparation: the second way to the same words. Slow, and made to be compared with the text
+/// of the contract.
 class NaiveDerivation
 {
 public:
