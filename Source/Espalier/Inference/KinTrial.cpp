@@ -1,6 +1,7 @@
 #include <Espalier/Inference/KinTrial.h>
 
 #include <Espalier/Inference/KinGrammar.h>
+#include <Espalier/Inference/TreeDistance.h>
 #include <Espalier/Species/Grow.h>
 #include <algorithm>
 #include <cmath>
@@ -36,59 +37,27 @@ class ShapeSink final : public DerivationSink
 public:
     explicit ShapeSink(const std::vector<std::uint32_t>& labelOfProduction) : labelOfProduction_(labelOfProduction) {}
 
+    LabelledTree tree;
+
     bool modules(std::span<const LetterId>, std::span<const double>) override { return true; }
     void beginInstance(std::uint32_t production, std::uint32_t) override
     {
-        const auto node = static_cast<std::uint32_t>(labels_.size());
-        labels_.push_back(labelOfProduction_[production]);
-        children_.emplace_back();
-        if (!open_.empty())
-            children_[open_.back()].push_back(node);
-        parents_.push_back(open_.empty() ? kNoInstance : open_.back());
-        open_.push_back(node);
+        tree.labels.push_back(labelOfProduction_[production]);
+        tree.parents.push_back(open_.empty() ? 0 : open_.back());
+        open_.push_back(tree.size() - 1);
     }
     void endInstance() override { open_.pop_back(); }
     bool wantsArguments() const override { return false; }
 
-    /// Its pq-grams with p = q = 2 (Augsten, Boehlen, Gamper 2005): parent and node over each pair of neighbouring
-    /// children, hashed and sorted.
-    [[nodiscard]] std::vector<std::uint64_t> grams() const
-    {
-        constexpr std::uint64_t kNull = 0xffff;
-        const auto labelOf = [&](std::uint32_t node) {
-            return node == kNoInstance ? kNull : std::uint64_t{labels_[node]};
-        };
-        std::vector<std::uint64_t> all;
-        for (std::uint32_t node = 0; node < labels_.size(); ++node)
-        {
-            const std::uint64_t stem = labelOf(parents_[node]) << 48 | labelOf(node) << 32;
-            std::uint64_t left = kNull;
-            for (const std::uint32_t child : children_[node])
-            {
-                all.push_back(stem | left << 16 | labelOf(child));
-                left = labelOf(child);
-            }
-            all.push_back(stem | left << 16 | kNull);
-        }
-        std::ranges::sort(all);
-        return all;
-    }
-
 private:
     const std::vector<std::uint32_t>& labelOfProduction_;
-    std::vector<std::uint32_t> labels_; ///< 16 bits: templates are far fewer
-    std::vector<std::uint32_t> parents_;
-    std::vector<std::vector<std::uint32_t>> children_;
     std::vector<std::uint32_t> open_;
 };
 
 /// Edit distance over the sum of sizes, as pq-grams estimate it (fitted over trees of 17 to 465 instances, r = 0.96).
 double estimatedDistance(const std::vector<std::uint64_t>& a, const std::vector<std::uint64_t>& b)
 {
-    std::vector<std::uint64_t> common;
-    std::ranges::set_intersection(a, b, std::back_inserter(common));
-    const double pq = 1 - 2 * static_cast<double>(common.size()) / static_cast<double>(a.size() + b.size());
-    return std::max(0.0, 0.90 * pq - 0.017);
+    return std::max(0.0, 0.90 * pqGramDistance(a, b) - 0.017);
 }
 
 /// How near a trial comes to what is wanted, [0, 1].
@@ -232,7 +201,7 @@ Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
         ShapeSink sink(labels);
         if (const auto done = grower->derive(trialSeed(i), 0, {}, scratch, sink); !done)
             return tl::make_unexpected(done.error());
-        shapes.push_back(sink.grams());
+        shapes.push_back(pqGramsOf(sink.tree));
     }
     if (shapes.empty())
         return trial;

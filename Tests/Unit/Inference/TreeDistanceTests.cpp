@@ -1,0 +1,178 @@
+#include <Espalier/Inference/TreeDistance.h>
+
+#include <Espalier/Core/Random.h>
+#include <algorithm>
+#include <gtest/gtest.h>
+#include <map>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace espalier {
+namespace {
+
+/// `f(d(a c(b)) e)`: a letter and, in brackets, its children.
+LabelledTree treeOf(std::string_view text)
+{
+    LabelledTree tree;
+    std::vector<std::uint32_t> open;
+    for (const char c : text)
+        if (c == '(')
+            open.push_back(tree.size() - 1);
+        else if (c == ')')
+            open.pop_back();
+        else if (c != ' ')
+        {
+            tree.labels.push_back(static_cast<std::uint32_t>(c));
+            tree.parents.push_back(open.empty() ? 0 : open.back());
+        }
+    return tree;
+}
+
+LabelledTree randomTree(RandomKey key, std::uint32_t size, std::uint32_t labels)
+{
+    LabelledTree tree;
+    for (std::uint32_t node = 0; node < size; ++node)
+    {
+        tree.labels.push_back(static_cast<std::uint32_t>(key.below(Purpose::Sampling, labels, 2 * node)));
+        tree.parents.push_back(
+            node == 0 ? 0 : static_cast<std::uint32_t>(key.below(Purpose::Sampling, node, 2 * node + 1)));
+    }
+    return tree;
+}
+
+/// The definition, forest by forest: the last root is deleted, inserted, or matched with the other last root.
+class PlainEditDistance
+{
+public:
+    PlainEditDistance(const LabelledTree& a, const LabelledTree& b) : a_(a), b_(b) {}
+
+    std::uint32_t operator()() { return distance({0}, {0}); }
+
+private:
+    using Forest = std::vector<std::uint32_t>; ///< Roots, from left to right.
+
+    static Forest childrenOf(const LabelledTree& tree, std::uint32_t node)
+    {
+        Forest children;
+        for (std::uint32_t child = node + 1; child < tree.size(); ++child)
+            if (tree.parents[child] == node)
+                children.push_back(child);
+        return children;
+    }
+
+    static std::uint32_t sizeOf(const LabelledTree& tree, const Forest& forest)
+    {
+        std::uint32_t size = 0;
+        for (const std::uint32_t root : forest)
+            size += 1 + sizeOf(tree, childrenOf(tree, root));
+        return size;
+    }
+
+    std::uint32_t distance(const Forest& x, const Forest& y)
+    {
+        if (x.empty() || y.empty())
+            return sizeOf(a_, x) + sizeOf(b_, y);
+        const auto known = known_.find({x, y});
+        if (known != known_.end())
+            return known->second;
+        const auto withoutLast = [](const LabelledTree& tree, Forest forest) {
+            const Forest children = childrenOf(tree, forest.back());
+            forest.pop_back();
+            forest.insert(forest.end(), children.begin(), children.end());
+            return forest;
+        };
+        const Forest restX(x.begin(), x.end() - 1);
+        const Forest restY(y.begin(), y.end() - 1);
+        const std::uint32_t result =
+            std::min({distance(withoutLast(a_, x), y) + 1, distance(x, withoutLast(b_, y)) + 1,
+                      distance(restX, restY) + distance(childrenOf(a_, x.back()), childrenOf(b_, y.back())) +
+                          (a_.labels[x.back()] != b_.labels[y.back()] ? 1 : 0)});
+        known_[{x, y}] = result;
+        return result;
+    }
+
+    const LabelledTree& a_;
+    const LabelledTree& b_;
+    std::map<std::pair<Forest, Forest>, std::uint32_t> known_;
+};
+
+TEST(TreeDistance, KnownEdits)
+{
+    struct Case
+    {
+        const char* a;
+        const char* b;
+        std::uint32_t distance;
+    };
+    const Case cases[] = {
+        {"a", "a", 0},
+        {"a", "b", 1},
+        {"", "a(bc)", 3},
+        {"f(d(ac(b))e)", "f(c(d(ab))e)", 2}, // the example of Zhang and Shasha, figure 4
+        {"a(bc)", "a(cb)", 2},               // children are ordered
+        {"a(b(c(d)))", "a(d)", 2},
+        {"a(bcd)", "a(e(bcd))", 1}, // one node between
+        {"a(aaaa)", "a(a(a(a(a))))", 6},
+    };
+    for (const Case& c : cases)
+    {
+        EXPECT_EQ(editDistance(treeOf(c.a), treeOf(c.b)), c.distance) << c.a << " " << c.b;
+        EXPECT_EQ(editDistance(treeOf(c.b), treeOf(c.a)), c.distance) << c.b << " " << c.a;
+    }
+}
+
+TEST(TreeDistance, ChainsDifferByTheirLength)
+{
+    const auto chain = [](std::uint32_t length) {
+        LabelledTree tree;
+        for (std::uint32_t node = 0; node < length; ++node)
+        {
+            tree.labels.push_back(7);
+            tree.parents.push_back(node == 0 ? 0 : node - 1);
+        }
+        return tree;
+    };
+    EXPECT_EQ(editDistance(chain(2000), chain(1500)), 500u);
+}
+
+TEST(TreeDistance, EqualsItsDefinitionOnSmallTrees)
+{
+    for (std::uint64_t seed = 0; seed < 400; ++seed)
+    {
+        const RandomKey key = RandomKey(Seed{seed}).child(0);
+        const auto size = [&](std::uint32_t i) {
+            return 1 + static_cast<std::uint32_t>(key.below(Purpose::ChooseProduction, 9, i));
+        };
+        const LabelledTree a = randomTree(key.child(1), size(1), 3);
+        const LabelledTree b = randomTree(key.child(2), size(2), 3);
+        ASSERT_EQ(editDistance(a, b), PlainEditDistance(a, b)()) << seed;
+    }
+}
+
+TEST(TreeDistance, IsAMetric)
+{
+    for (std::uint64_t seed = 0; seed < 100; ++seed)
+    {
+        const RandomKey key = RandomKey(Seed{seed}).child(0);
+        const LabelledTree a = randomTree(key.child(1), 20, 3);
+        const LabelledTree b = randomTree(key.child(2), 25, 3);
+        const LabelledTree c = randomTree(key.child(3), 30, 3);
+        EXPECT_EQ(editDistance(a, a), 0u);
+        EXPECT_EQ(editDistance(a, b), editDistance(b, a));
+        EXPECT_LE(editDistance(a, c), editDistance(a, b) + editDistance(b, c));
+    }
+}
+
+TEST(TreeDistance, PqGramsCountWhatIsCommon)
+{
+    // a(bc): (null a | null b) (null a | b c) (null a | c null) and two leaves.
+    EXPECT_EQ(pqGramsOf(treeOf("a(bc)")).size(), 5u);
+    EXPECT_EQ(pqGramDistance(pqGramsOf(treeOf("a(bc)")), pqGramsOf(treeOf("a(bc)"))), 0);
+    EXPECT_EQ(pqGramDistance(pqGramsOf(treeOf("a(bc)")), pqGramsOf(treeOf("d(ef)"))), 1);
+    // a(bd) has (null a | null b) and the leaf b in common with it.
+    EXPECT_DOUBLE_EQ(pqGramDistance(pqGramsOf(treeOf("a(bc)")), pqGramsOf(treeOf("a(bd)"))), 1 - 2 * 2.0 / 10);
+}
+
+} // namespace
+} // namespace espalier
