@@ -118,6 +118,9 @@ expect "check tells what fits" 0 '"safeIterations": 9' "$espalier" check plant.l
 printf 'axiom: A\nA -> F A\nA -> G\nB -> F\n' > useless.lsys
 expect "check names what cannot be taken" 0 'useless.lsys:3:1: note: the production `A -> G` can never be taken: the production of line 2' "$espalier" check useless.lsys
 expect "check names what cannot be reached" 0 'useless.lsys:4:1: note: the symbol `B` cannot be reached' "$espalier" check useless.lsys
+printf 'axiom: F%%F~F[F]\nF -> FF\n' > cut.lsys
+expect "check calls segments a bound where some may be cut" 0 "segments: at most 16" "$espalier" check cut.lsys -n 2
+expect "of which fewer are drawn" 0 "segments of seed 1: 4" "$espalier" check cut.lsys -n 2
 expect "check tries what the rules do not tell" 0 'tried.lsys:2:11: at -n 2, seed 1: an expression' "$espalier" check tried.lsys -n 2
 expect "check asks for steps" 0 "no line \`iterations:\`" "$espalier" check tried.lsys
 expect "nothing drawn, and why" 3 "nothing is drawn after 0 steps" "$espalier" render plant.lsys -n 0 -o no.png
