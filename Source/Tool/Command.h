@@ -16,7 +16,7 @@
 
 namespace espalier::tool {
 
-/// Exit codes (DESIGN 7).
+/// Exit codes.
 inline constexpr int kGood = 0;
 inline constexpr int kOther = 1;
 inline constexpr int kUsage = 2;

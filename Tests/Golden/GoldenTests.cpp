@@ -1,4 +1,4 @@
-// The same bits everywhere (DESIGN 4.3): what a species of today grows and how it is meshed, against hashes in the
+// The same bits everywhere: what a species of today grows and how it is meshed, against hashes in the
 // .golden files beside this one. Every compiler and optimisation must reproduce them. A change of results is meant to
 // be seen: say in its commit why, and write the files anew with ESPALIER_UPDATE_GOLDEN=1.
 

@@ -66,8 +66,8 @@ struct ArchetypeFolders
     std::vector<std::filesystem::path> templates; ///< Searched in order, after the archetype's own folder.
 };
 
-/// Reads the text of an `.archetype` file (DESIGN 5). `library` is the one it names. `libraryName` is filled, trees are
-/// read depth first.
+/// Reads the text of an `.archetype` file (Samples/README.md). `library` is the one it names. `libraryName` is filled,
+/// trees are read depth first.
 [[nodiscard]] Expected<Archetype> parseArchetype(std::string text, std::string_view file,
                                                  const TemplateLibrary& library, const Limits& limits);
 

@@ -45,7 +45,7 @@ struct TemplateLibrary
     friend bool operator==(const TemplateLibrary&, const TemplateLibrary&) = default;
 };
 
-/// Reads the text of a `.templates` file (DESIGN 5): one template a line, `name: word` or a bare word, which is then
+/// Reads the text of a `.templates` file: one template a line, `name: word` or a bare word, which is then
 /// named I, II, III, ... by its place. A word holds turtle symbols, with or without a number in parentheses, and
 /// anchors. Errors give line and column.
 [[nodiscard]] Expected<TemplateLibrary> parseTemplates(std::string_view text, std::string_view file,

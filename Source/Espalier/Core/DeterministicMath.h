@@ -3,7 +3,7 @@
 namespace espalier::math {
 
 // Elementary functions built from + - * / sqrt and integer arithmetic alone, so that they give the same bits with every
-// compiler, CPU and libc (DESIGN 4.3; libm does not). Arguments follow IEEE: NaN in, NaN out; poles give infinities.
+// compiler, CPU and libc (libm does not). Arguments follow IEEE: NaN in, NaN out; poles give infinities.
 // Each states its error bound in units in the last place (ulp), as tested against long double over many arguments.
 
 inline constexpr double kPi = 3.14159265358979323846;

@@ -6,7 +6,7 @@ namespace espalier {
 
 struct Skeleton;
 
-/// What `espalier measure` reports of one skeleton (DESIGN 6 and 7 define each).
+/// What `espalier measure` reports of one skeleton.
 struct SkeletonFacts
 {
     std::uint32_t segments = 0;

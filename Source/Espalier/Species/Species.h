@@ -55,7 +55,7 @@ struct Species
     friend bool operator==(const Species&, const Species&) = default;
 };
 
-/// Reads the text of a `.species` file (DESIGN 5). Errors give line and column, inside the grammar too.
+/// Reads the text of a `.species` file. Errors give line and column, inside the grammar too.
 [[nodiscard]] Expected<Species> parseSpecies(std::string text, std::string_view file, const Limits& limits = {});
 
 /// The text form; parseSpecies(printSpecies(s)) == s.

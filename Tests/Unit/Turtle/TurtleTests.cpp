@@ -86,7 +86,8 @@ TEST(Turtle, KnowsTheConventionalSymbolsAndNoOthers)
     EXPECT_EQ(turtleCommand("FF"), Nothing);
 }
 
-/// Frames worked out by hand from DESIGN 6; turns by 90 degrees are exact, bit for bit.
+/// Frames worked out by hand from the definitions of the symbols (Content/Grammars/LANGUAGE.md); turns by 90 degrees
+/// are exact, bit for bit.
 TEST(Turtle, TurnsByTheBook)
 {
     struct Case
