@@ -35,10 +35,9 @@ void growTrees(const GrowCommand& command)
     {
         info.seed = Seed{range.first + i};
         grower.grow(info.seed, skeleton);
-        if (const std::string why = grower.emptiness(skeleton); !why.empty())
-            fail({ErrorKind::BadInput, why, {}, {}, {command.species, 0, 0}});
-        meshOrFail(skeleton, species.appearance, "seed " + std::to_string(info.seed.value), command.species, {},
-                   meshScratch, mesh);
+        if (!meshOrFail(skeleton, species.appearance, "seed " + std::to_string(info.seed.value), command.species, {},
+                        meshScratch, mesh))
+            fail({ErrorKind::BadInput, nothingDrawn(grower.steps()), {}, {}, {command.species, 0, 0}});
         const std::filesystem::path path = numberedPath(command.output, info.seed.value, range.isRange);
         orFail(writeGlb(path, mesh, species.appearance, info));
         progress("growing", static_cast<double>(i + 1) / static_cast<double>(range.count()));

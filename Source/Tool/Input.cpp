@@ -26,17 +26,6 @@ void SeededGrower::grow(Seed seed, Skeleton& skeleton)
     orFailIn(path_, grower_->grow(seed, {}, scratch_, skeleton));
 }
 
-std::string SeededGrower::emptiness(const Skeleton& skeleton) const
-{
-    if (!skeleton.empty() || !skeleton.polygons.empty() || !skeleton.spheres.empty())
-        return {};
-    const auto steps = grower_->iterations();
-    if (!steps)
-        return "nothing is drawn";
-    return "nothing is drawn after " + std::to_string(*steps) + (*steps == 1 ? " step" : " steps") +
-           "; derive more, by `iterations:` or -n, or name what draws in `draw:`";
-}
-
 void PlantInput::addTo(CLI::App& verb)
 {
     verb.add_option("input", path, "A.archetype, S.species or G.lsys")->required();
@@ -86,18 +75,27 @@ void PlantInput::eachPlant(const std::function<void(Plant&)>& use) const
         plant.seed = range.first + i;
         plant.label = "seed " + std::to_string(*plant.seed);
         grower.grow(Seed{*plant.seed}, plant.skeleton);
-        plant.emptiness = grower.emptiness(plant.skeleton);
+        plant.steps = grower.steps();
         use(plant);
     }
 }
 
-void meshOrFail(const Skeleton& skeleton, const Appearance& appearance, const std::string& label,
+bool meshOrFail(const Skeleton& skeleton, const Appearance& appearance, const std::string& label,
                 const std::string& path, const MeshSettings& settings, MeshScratch& scratch, TreeMesh& mesh)
 {
     mesh.clear();
     const MeshResult result = meshTree(skeleton, appearance, settings, {}, scratch, mesh);
-    if (result != MeshResult::Ok)
+    if (result != MeshResult::Ok && result != MeshResult::EmptySkeleton)
         fail({ErrorKind::BadInput, label + " gives no mesh: " + std::string(reasonOf(result)), {}, {}, {path, 0, 0}});
+    return result == MeshResult::Ok;
+}
+
+std::string nothingDrawn(std::optional<std::uint32_t> steps)
+{
+    if (!steps)
+        return "nothing is drawn";
+    return "nothing is drawn after " + std::to_string(*steps) + (*steps == 1 ? " step" : " steps") +
+           "; derive more, by `iterations:` or -n, or name what draws in `draw:`";
 }
 
 } // namespace espalier::tool

@@ -15,8 +15,8 @@ struct Plant
 {
     std::string label; ///< "archetype", "seed 7"
     std::optional<std::uint64_t> seed;
-    Skeleton skeleton;     ///< With axes and radii.
-    std::string emptiness; ///< Why it cannot be shown, if nothing of it is drawn.
+    std::optional<std::uint32_t> steps; ///< Of its derivation, if it has a number of them.
+    Skeleton skeleton;                  ///< With axes and radii.
 };
 
 /// Grows the plants of a species or of a grammar by itself, which is derived by `iterations` steps, else `iterations:`,
@@ -31,8 +31,8 @@ public:
     [[nodiscard]] const Species& species() const { return species_; }
     /// With axes and radii: where neither the grammar nor a species says otherwise, such as suit the plant.
     void grow(Seed seed, Skeleton& skeleton);
-    /// Why there is nothing to see of a plant of this grower; empty if there is.
-    [[nodiscard]] std::string emptiness(const Skeleton& skeleton) const;
+    /// Of the derivation; none: until nothing can be rewritten.
+    [[nodiscard]] std::optional<std::uint32_t> steps() const { return grower_->iterations(); }
 
 private:
     std::string path_;
@@ -61,8 +61,13 @@ struct PlantInput
     [[nodiscard]] Appearance appearance() const;
 };
 
-/// Replaces `mesh` by that of `skeleton`, or fails with the reason. `label` and `path` tell whose it is.
-void meshOrFail(const Skeleton& skeleton, const Appearance& appearance, const std::string& label,
-                const std::string& path, const MeshSettings& settings, MeshScratch& scratch, TreeMesh& mesh);
+/// Replaces `mesh` by that of `skeleton`; false if there is nothing to see of it. Fails with any other reason; `label`
+/// and `path` tell whose it is.
+[[nodiscard]] bool meshOrFail(const Skeleton& skeleton, const Appearance& appearance, const std::string& label,
+                              const std::string& path, const MeshSettings& settings, MeshScratch& scratch,
+                              TreeMesh& mesh);
+
+/// Says so, and what may help where a plant is derived by so many steps.
+[[nodiscard]] std::string nothingDrawn(std::optional<std::uint32_t> steps);
 
 } // namespace espalier::tool

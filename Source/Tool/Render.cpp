@@ -77,18 +77,17 @@ struct Gallery
             dipInInk(*appearances.back());
         const Appearance* shown = appearances.back().get();
         input.eachPlant([&](Plant& plant) {
-            if (!plant.emptiness.empty())
-            {
-                if (!command.sheet)
-                    fail({ErrorKind::BadInput, plant.emptiness, {}, {}, {input.path, 0, 0}});
-                std::cerr << input.path << ": " << plant.label << " is left out: " << plant.emptiness << '\n';
-                return;
-            }
             if (command.linePixels > 0)
                 divideIntoStrokes(plant.skeleton);
             thickenLines(plant.skeleton, static_cast<float>(command.linePixels), settings);
             auto mesh = std::make_unique<TreeMesh>();
-            meshOrFail(plant.skeleton, *shown, plant.label, input.path, meshSettings, scratch, *mesh);
+            if (!meshOrFail(plant.skeleton, *shown, plant.label, input.path, meshSettings, scratch, *mesh))
+            {
+                if (!command.sheet)
+                    fail({ErrorKind::BadInput, nothingDrawn(plant.steps), {}, {}, {input.path, 0, 0}});
+                std::cerr << input.path << ": " << plant.label << " is left out: " << nothingDrawn(plant.steps) << '\n';
+                return;
+            }
             const bool isDrawn = !plant.seed;
             std::string label = name.empty() ? plant.label : isDrawn ? name : name + ' ' + plant.label;
             if (labelSteps && input.iterations)

@@ -123,6 +123,9 @@ expect "check calls segments a bound where some may be cut" 0 "segments: at most
 expect "of which fewer are drawn" 0 "segments of seed 1: 4" "$espalier" check cut.lsys -n 2
 expect "check tries what the rules do not tell" 0 'tried.lsys:2:11: at -n 2, seed 1: an expression' "$espalier" check tried.lsys -n 2
 expect "check asks for steps" 0 "no line \`iterations:\`" "$espalier" check tried.lsys
+printf 'axiom: ~L(1)\n' > leaf.lsys
+expect "a leaf alone is drawn" 0 "leaf.png" "$espalier" render leaf.lsys --samples 1 --width 64 --height 64 -o leaf.png
+expect "a leaf alone is baked" 0 "0 segments" "$espalier" grow leaf.lsys -o leaf.glb
 expect "nothing drawn, and why" 3 "nothing is drawn after 0 steps" "$espalier" render plant.lsys -n 0 -o no.png
 expect "nothing to bake, and why" 3 "nothing is drawn after 0 steps" "$espalier" grow plant.lsys -n 0 -o no.glb
 expect "a sheet leaves out what is empty" 0 "seed 1 is left out" "$espalier" render plant.lsys -n 0..1 --sheet --samples 1 --width 64 --height 64 -o s.png
