@@ -293,6 +293,16 @@ void LineParser::expectClosed(const std::vector<std::size_t>& open, std::string_
     fail("`[` is never closed in the " + std::string(role), "balanced brackets");
 }
 
+/// One more module after so many.
+void LineParser::countModule(std::size_t before, std::string_view role)
+{
+    if (before >= reading_.limits.templateModules)
+        failLimit("more than " + std::to_string(reading_.limits.templateModules) + " modules in one " +
+                      std::string(role),
+                  "templateModules");
+    count(1);
+}
+
 std::vector<Module> LineParser::word(std::string_view role, Brackets brackets)
 {
     Grammar& grammar = reading_.grammar;
@@ -307,11 +317,7 @@ std::vector<Module> LineParser::word(std::string_view role, Brackets brackets)
     while (!atEnd())
     {
         const std::size_t start = position_;
-        if (modules.size() >= reading_.limits.templateModules)
-            failLimit("more than " + std::to_string(reading_.limits.templateModules) + " modules in one " +
-                          std::string(role),
-                      "templateModules");
-        count(1);
+        countModule(modules.size(), role);
         if (peek() == '<' || peek() == '>')
             fail(here() + " cannot be a symbol", "contexts only before a production's colon and arrow");
         const SymbolId id = symbol();
@@ -349,11 +355,7 @@ std::vector<ContextModule> LineParser::context(ContextSide side, std::vector<std
     while (!atEnd())
     {
         const std::size_t start = position_;
-        if (modules.size() >= reading_.limits.templateModules)
-            failLimit("more than " + std::to_string(reading_.limits.templateModules) + " modules in one " +
-                          std::string(role),
-                      "templateModules");
-        count(1);
+        countModule(modules.size(), role);
         ContextModule module{symbol(), {}, static_cast<std::uint32_t>(start + 1)};
         const std::string& text = reading_.grammar.symbols.name(module.symbol);
         const bool isBracket = text == "[" || text == "]";

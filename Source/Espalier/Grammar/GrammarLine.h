@@ -158,6 +158,7 @@ private:
     [[noreturn]] void failLimit(std::string what, std::string_view limit,
                                 AfterMistake after = AfterMistake::NextLine) const;
     void count(std::size_t parts);
+    void countModule(std::size_t before, std::string_view role);
     void bracket(const std::string& text, std::size_t start, std::vector<std::size_t>& open, std::string_view role,
                  Brackets brackets);
     void expectClosed(const std::vector<std::size_t>& open, std::string_view role);

@@ -19,7 +19,8 @@ class Reachability
 public:
     explicit Reachability(const GrammarProgram& program)
         : program_(program), code_(program.code()), reached_(program.letterCount(), false),
-          reachedBy_(program.letterCount()), missing_(code_.rules.size(), 0)
+          reachedBy_(program.letterCount()), reachedOf_(program.grammar().symbols.size(), kNothing),
+          missing_(code_.rules.size(), 0)
     {
         listReasons();
         waitForContexts();
@@ -30,9 +31,13 @@ public:
             pending_.pop_back();
             reachWord(rule + 1);
         }
+        for (std::uint32_t l = program.letterCount(); l-- > 0;)
+            if (reached_[l])
+                reachedOf_[program.symbolOf(static_cast<LetterId>(l))] = l;
     }
 
     [[nodiscard]] bool reaches(LetterId letter) const { return reached_[letter]; }
+    [[nodiscard]] bool occurs(SymbolId symbol) const { return reachedOf_[symbol] != kNothing; }
     [[nodiscard]] bool canBeTaken(std::uint32_t rule) const { return reasons_[rule].empty() && missing_[rule] == 0; }
 
     /// Why a rule can never be taken.
@@ -50,11 +55,9 @@ public:
             if (!reaches(step.letter))
                 return text(step.letter) + " never occurs";
         const Production& source = program_.sourceOf(one);
-        std::string reason = text(source.predecessor, source.parameters.size()) + " never occurs";
-        for (std::uint32_t l = 0; l < program_.letterCount(); ++l)
-            if (reached_[l] && program_.symbolOf(static_cast<LetterId>(l)) == source.predecessor)
-                return reason + ", but " + text(static_cast<LetterId>(l)) + " does";
-        return reason;
+        const std::string reason = text(source.predecessor, source.parameters.size()) + " never occurs";
+        const std::uint32_t other = reachedOf_[source.predecessor];
+        return other == kNothing ? reason : reason + ", but " + text(static_cast<LetterId>(other)) + " does";
     }
 
     std::string text(LetterId letter) const { return text(program_.symbolOf(letter), program_.arityOf(letter)); }
@@ -138,6 +141,7 @@ private:
     const Code& code_;
     std::vector<bool> reached_;
     std::vector<std::vector<std::uint32_t>> reachedBy_; ///< Rules that wait for a letter.
+    std::vector<std::uint32_t> reachedOf_;              ///< The first letter of each symbol that is reached.
     std::vector<std::uint32_t> missing_;                ///< Letters that a rule still waits for.
     std::vector<std::uint32_t> pending_;
     std::vector<std::string> reasons_;
@@ -157,12 +161,8 @@ void findUseless(const GrammarProgram& program, const Reachability& reachability
                                        "` can never be taken: " + reachability.reasonOf(r)});
     }
     // Symbols that have productions or stand in successors, and that no derivation ever holds.
-    std::vector<bool> occurs(told.size(), false);
-    for (std::uint32_t l = 0; l < program.letterCount(); ++l)
-        if (reachability.reaches(static_cast<LetterId>(l)))
-            occurs[program.symbolOf(static_cast<LetterId>(l))] = true;
     const auto tell = [&](SymbolId symbol, TextPlace place) {
-        if (occurs[symbol] || told[symbol])
+        if (reachability.occurs(symbol) || told[symbol])
             return;
         told[symbol] = true;
         result.findings.push_back(
