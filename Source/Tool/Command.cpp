@@ -25,10 +25,21 @@ SeedRange parseSeeds(const std::string& text)
         const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
         if (digits.empty() || read.ec != std::errc{} || read.ptr != digits.data() + digits.size())
             failUsage("--seed " + text +
-                      ": expected a number from 0 to 18446744073709551615, or a range such as 1..20");
+                      ": expected a number from 0 to 18446744073709551615, a range such as 1..20, or exemplar for the "
+                      "drawn tree itself (exemplar:2 for the second of several)");
         return value;
     };
     SeedRange range;
+    if (const std::string_view exemplar = "exemplar"; text.starts_with(exemplar))
+    {
+        std::uint64_t tree = 1;
+        if (text.size() > exemplar.size())
+            tree = text[exemplar.size()] == ':' ? number(std::string_view(text).substr(exemplar.size() + 1)) : 0;
+        if (tree < 1 || tree > 0xffffffffu)
+            failUsage("--seed " + text + ": expected exemplar, or exemplar:2 for the second of several drawn trees");
+        range.exemplar = static_cast<std::uint32_t>(tree - 1);
+        return range;
+    }
     const std::size_t dots = text.find("..");
     if (dots == std::string::npos)
     {

@@ -72,12 +72,13 @@ T orFailIn(const std::string& path, Expected<T> expected)
     return orFail(std::move(expected));
 }
 
-/// `--seed N` or `--seed A..B`.
+/// `--seed N`, `--seed A..B`, or the drawn tree itself: `--seed exemplar`, `--seed exemplar:2` of several.
 struct SeedRange
 {
     std::uint64_t first = 1;
     std::uint64_t last = 1;
     bool isRange = false;
+    std::optional<std::uint32_t> exemplar{}; ///< Which drawn tree; `first` and `last` then mean nothing.
 
     [[nodiscard]] std::uint64_t count() const { return last - first + 1; }
 };
@@ -108,6 +109,7 @@ void addIterations(CLI::App& verb, std::optional<std::uint32_t>& iterations);
 [[nodiscard]] Progress terminalProgress();
 
 void addCheck(CLI::App& app);
+void addCompare(CLI::App& app);
 void addDerive(CLI::App& app);
 void addInfer(CLI::App& app);
 void addGrammar(CLI::App& app);

@@ -36,6 +36,8 @@ nlohmann::ordered_json countsOf(const GrammarProgram& program, const Word& word)
 void deriveWords(const DeriveCommand& command)
 {
     const SeedRange range = parseSeeds(command.seeds);
+    if (range.exemplar)
+        failUsage("derive: a grammar holds no drawn tree; expected a seed");
     const Grammar grammar = loadGrammarFile(command.grammar);
     const std::uint32_t steps = command.iterations.value_or(grammar.iterations.value_or(0));
     const Limits limits;

@@ -23,7 +23,7 @@ void growTrees(const GrowCommand& command)
     if (std::filesystem::path(command.output).extension() != ".glb")
         failUsage("grow: " + command.output + ": expected an output that ends in .glb");
     const SeedRange range = parseSeeds(command.seeds);
-    SeededGrower grower(command.species, command.iterations);
+    SeededGrower grower(command.species, command.iterations, range.exemplar);
     const Species& species = grower.species();
     const Progress progress = terminalProgress();
     BakeInfo info{species.name, hashOf(species), {}};
@@ -33,20 +33,25 @@ void growTrees(const GrowCommand& command)
     nlohmann::ordered_json report = nlohmann::ordered_json::array();
     for (std::uint64_t i = 0; i < range.count(); ++i)
     {
-        info.seed = Seed{range.first + i};
-        grower.grow(info.seed, skeleton);
-        if (!meshOrFail(skeleton, species.appearance, "seed " + std::to_string(info.seed.value), command.species, {},
-                        meshScratch, mesh))
+        const Seed seed{range.first + i};
+        const std::string label = range.exemplar ? "exemplar" : "seed " + std::to_string(seed.value);
+        if (range.exemplar)
+            info.seed.reset();
+        else
+            info.seed = seed;
+        grower.grow(seed, skeleton);
+        if (!meshOrFail(skeleton, species.appearance, label, command.species, {}, meshScratch, mesh))
             fail({ErrorKind::BadInput, nothingDrawn(grower.steps()), {}, {}, {command.species, 0, 0}});
-        const std::filesystem::path path = numberedPath(command.output, info.seed.value, range.isRange);
+        const std::filesystem::path path = numberedPath(command.output, seed.value, range.isRange);
         orFail(writeGlb(path, mesh, species.appearance, info));
         progress("growing", static_cast<double>(i + 1) / static_cast<double>(range.count()));
         if (command.json)
-            report.push_back({{"seed", info.seed.value},
-                              {"file", path.string()},
-                              {"segments", skeleton.size()},
-                              {"vertices", mesh.positions.size()},
-                              {"triangles", mesh.indices.size() / 3}});
+            report.push_back(
+                {{"seed", range.exemplar ? nlohmann::ordered_json(label) : nlohmann::ordered_json(seed.value)},
+                 {"file", path.string()},
+                 {"segments", skeleton.size()},
+                 {"vertices", mesh.positions.size()},
+                 {"triangles", mesh.indices.size() / 3}});
         else
             std::cout << path.string() << ": " << skeleton.size() << " segments, " << mesh.positions.size()
                       << " vertices, " << mesh.indices.size() / 3 << " triangles\n";
@@ -62,7 +67,8 @@ void addGrow(CLI::App& app)
     const auto command = std::make_shared<GrowCommand>();
     CLI::App* verb = app.add_subcommand("grow", "Grow trees of a species or a grammar and bake each to a GLB");
     verb->add_option("species", command->species, "S.species or G.lsys")->required();
-    verb->add_option("--seed", command->seeds, "A seed N, or a range A..B (writes out-A.glb ... out-B.glb)")
+    verb->add_option("--seed", command->seeds,
+                     "A seed N, a range A..B (writes out-A.glb ... out-B.glb), or exemplar: the drawn tree")
         ->capture_default_str();
     verb->add_option("-o,--output", command->output, "out.glb")->required();
     addIterations(*verb, command->iterations);

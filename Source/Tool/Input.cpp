@@ -6,10 +6,14 @@
 
 namespace espalier::tool {
 
-SeededGrower::SeededGrower(std::string path, std::optional<std::uint32_t> iterations) : path_(std::move(path))
+SeededGrower::SeededGrower(std::string path, std::optional<std::uint32_t> iterations,
+                           std::optional<std::uint32_t> exemplar)
+    : path_(std::move(path))
 {
     if (kindOf(path_) == InputKind::Grammar)
     {
+        if (exemplar)
+            failUsage(path_ + ": a grammar holds no drawn tree; expected a seed");
         species_.name = std::filesystem::path(path_).stem().string();
         species_.grammar = loadGrammarFile(path_);
         grower_ = orFailIn(path_, Grower::make(species_.grammar, iterations));
@@ -17,7 +21,10 @@ SeededGrower::SeededGrower(std::string path, std::optional<std::uint32_t> iterat
     else
     {
         species_ = loadSpeciesFile(path_);
-        grower_ = orFailIn(path_, Grower::make(species_, iterations));
+        if (exemplar && iterations)
+            failUsage("--seed exemplar: expected no -n, for a drawn tree has no steps");
+        grower_ =
+            orFailIn(path_, exemplar ? Grower::makeExemplar(species_, *exemplar) : Grower::make(species_, iterations));
     }
 }
 
@@ -29,7 +36,8 @@ void SeededGrower::grow(Seed seed, Skeleton& skeleton)
 void PlantInput::addTo(CLI::App& verb)
 {
     verb.add_option("input", path, "A.archetype, S.species or G.lsys")->required();
-    verb.add_option("--seed", seeds, "Of a species or grammar: a seed N, or a range A..B")->capture_default_str();
+    verb.add_option("--seed", seeds, "Of a species or grammar: a seed N, a range A..B, or exemplar: the drawn tree")
+        ->capture_default_str();
     addIterations(verb, iterations);
     templates.addTo(verb);
 }
@@ -69,12 +77,14 @@ void PlantInput::eachPlant(const std::function<void(Plant&)>& use) const
         return;
     }
     const SeedRange range = parseSeeds(seeds);
-    SeededGrower grower(path, iterations);
+    SeededGrower grower(path, iterations, range.exemplar);
     for (std::uint64_t i = 0; i < range.count(); ++i)
     {
-        plant.seed = range.first + i;
-        plant.label = "seed " + std::to_string(*plant.seed);
-        grower.grow(Seed{*plant.seed}, plant.skeleton);
+        const Seed seed{range.first + i};
+        if (!range.exemplar)
+            plant.seed = seed.value;
+        plant.label = range.exemplar ? "exemplar" : "seed " + std::to_string(seed.value);
+        grower.grow(seed, plant.skeleton);
         plant.steps = grower.steps();
         use(plant);
     }

@@ -24,8 +24,8 @@ struct Plant
 class SeededGrower
 {
 public:
-    /// Fails with the reason if the file does not name what can grow.
-    SeededGrower(std::string path, std::optional<std::uint32_t> iterations);
+    /// Fails with the reason if the file does not name what can grow. `exemplar`: that drawn tree, whatever the seed.
+    SeededGrower(std::string path, std::optional<std::uint32_t> iterations, std::optional<std::uint32_t> exemplar = {});
 
     /// A grammar alone is a species named like its file.
     [[nodiscard]] const Species& species() const { return species_; }

@@ -17,6 +17,7 @@ int main(int argc, char** argv)
     addDerive(app);
     addCheck(app);
     addInfer(app);
+    addCompare(app);
     addGrammar(app);
     addGrow(app);
     addMeasure(app);

@@ -238,7 +238,7 @@ tinygltf::Value extrasOf(const BakeInfo& info)
     using Value = tinygltf::Value;
     const Value::Object facts{{"species", Value(info.speciesName)},
                               {"speciesHash", Value(hexDigits(info.speciesHash))},
-                              {"seed", Value(std::to_string(info.seed.value))},
+                              {"seed", Value(info.seed ? std::to_string(info.seed->value) : "exemplar")},
                               {"version", Value(std::string(ESPALIER_VERSION))}};
     return Value(Value::Object{{"espalier", Value(facts)}});
 }

@@ -3,6 +3,7 @@
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Random.h>
 #include <filesystem>
+#include <optional>
 #include <string>
 
 namespace espalier {
@@ -17,7 +18,8 @@ struct BakeInfo
 {
     std::string speciesName;       ///< UTF-8; names the node, mesh and materials. Empty: "tree".
     std::uint64_t speciesHash = 0; ///< Identity of the species; written as 16 hex digits.
-    Seed seed;                     ///< Written as a decimal string: JSON numbers lose bits above 2^53.
+    /// Written as a decimal string: JSON numbers lose bits above 2^53. None: the drawn tree itself, "exemplar".
+    std::optional<Seed> seed{Seed{}};
 };
 
 /// `mesh` as the bytes of a GLB file in the portable profile: glTF 2.0 without extensions, float attributes

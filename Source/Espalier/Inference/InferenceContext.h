@@ -3,6 +3,7 @@
 #include <Espalier/Inference/Draft.h>
 #include <Espalier/Inference/Inference.h>
 #include <Espalier/Inference/Limbs.h>
+#include <optional>
 #include <span>
 
 namespace espalier {
@@ -15,10 +16,11 @@ struct InferenceContext
     Archetype exemplars; ///< All archetypes in one: merged library, all trees.
     AnchorTable anchors; ///< Of `exemplars`.
 
-    DraftTree tree;     ///< helberg: the drawn trees, later with repeated subtrees folded into leaves.
-    DraftGrammar draft; ///< helberg: the rules.
-    LimbTable limbs;    ///< kin: the distinct limbs.
-    KinClasses classes; ///< kin: which limbs may stand for each other.
+    DraftTree tree;                     ///< helberg: the drawn trees, later with repeated subtrees folded into leaves.
+    DraftGrammar draft;                 ///< helberg: the rules.
+    LimbTable limbs;                    ///< kin: the distinct limbs.
+    KinClasses classes;                 ///< kin: which limbs may stand for each other.
+    std::optional<GrowthWindow> window; ///< kin: accepted sizes and depths.
 
     Species species; ///< The result.
     std::string summary;

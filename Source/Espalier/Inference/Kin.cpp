@@ -4,9 +4,11 @@
 // their means without tuning. What the mean does not keep (tiny and huge trees, copies) the window of accepted sizes
 // does.
 
+#include <Espalier/Inference/Comparison.h>
 #include <Espalier/Inference/InferenceContext.h>
 #include <Espalier/Inference/KinGrammar.h>
 #include <Espalier/Inference/KinTrial.h>
+#include <Espalier/Species/Grow.h>
 
 #include <Espalier/Core/Json.h>
 #include <algorithm>
@@ -84,20 +86,104 @@ Expected<void> shareIdenticalLimbs(InferenceContext& context)
     return {};
 }
 
+namespace {
+
+/// The species of a choice: rules, window, and the drawn trees as what is not to be grown again.
+Expected<void> writeKin(const InferenceContext& context, const KinClasses& classes, std::optional<GrowthWindow> window,
+                        Species& species)
+{
+    writeKinGrammar(context.exemplars.library, context.limbs, classes, species);
+    species.provenance.exemplars = static_cast<std::uint32_t>(context.limbs.roots.size());
+    if (classes.weight == 0)
+        return {}; // where nothing may change, the drawn trees themselves are what is wanted
+    // Of very many drawn trees the first will do: none of them is then grown again often.
+    constexpr std::uint32_t kMostCopies = 32;
+    species.window = std::move(window);
+    GrowScratch scratch;
+    for (std::uint32_t tree = 0; tree < std::min(species.provenance.exemplars, kMostCopies); ++tree)
+    {
+        if (context.options.progress.wantsStop())
+            return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
+        const auto grower = Grower::makeExemplar(species, tree);
+        if (!grower)
+            return tl::make_unexpected(grower.error());
+        const auto sample = grower->sample(Seed{}, 0, {}, scratch);
+        if (!sample)
+            return tl::make_unexpected(sample.error());
+        species.window->copies.push_back(sample->topology);
+    }
+    return {};
+}
+
+/// By how much a trial's trees miss the bars of relatives, each miss as a share of what is asked; 0 where all hold, or
+/// where growing enough trees to tell would take long.
+Expected<double> shortfallOf(const InferenceContext& context, const KinTrial& trial)
+{
+    constexpr std::uint32_t kMostInstances = 500;
+    constexpr double kSegments = 6e5; ///< Of all trees that are grown.
+    const Provenance& provenance = context.species.provenance;
+    if (provenance.exemplarInstances > kMostInstances || provenance.exemplarSegments > 0.05 * kSegments)
+        return 0.0;
+    Species species = context.species;
+    if (auto done = writeKin(context, trial.classes, trial.window, species); !done)
+        return tl::make_unexpected(done.error());
+    ComparisonOptions options;
+    options.first = Seed{0x6b696e2074727565u}; // away from the small numbers that people use
+    options.seeds =
+        static_cast<std::uint32_t>(std::clamp(kSegments / std::max(1u, provenance.exemplarSegments), 40.0, 400.0));
+    const auto comparison = compare({&context.exemplars, 1}, species, options);
+    if (!comparison)
+        return tl::make_unexpected(comparison.error());
+    double missed = 0;
+    for (const Bar& bar : barsOf(*comparison))
+    {
+        const double low = std::isfinite(bar.low) ? (bar.low - bar.value) / bar.low : 0;
+        const double high = std::isfinite(bar.high) ? (bar.value - bar.high) / std::max(bar.high, 0.1) : 0;
+        missed += std::clamp(std::max(low, high), 0.0, 10.0);
+    }
+    return missed;
+}
+
+std::string percent(double share)
+{
+    return formatNumber(std::round(100 * share)) + " %";
+}
+
+/// What a designer should know whose tree allows few relatives, and what would help.
+std::string adviceOnFewRelatives(const InferenceContext& context, const KinTrial& chosen)
+{
+    std::string text =
+        "this tree allows few relatives: of trial trees " + percent(chosen.accepted) + " were of its kind and size";
+    if (chosen.accepted > 0)
+        text += ", and about " + formatNumber(std::max(1.0, std::round(1 / std::max(chosen.equal, 1e-6)))) +
+                " different ones can be expected";
+    constexpr std::uint32_t kFewInstances = 25;
+    const std::uint32_t instances = context.species.provenance.exemplarInstances;
+    if (instances < kFewInstances)
+        text += ". It has " + std::to_string(instances) + " template instances, and from about " +
+                std::to_string(kFewInstances) + " on relatives become many";
+    return text + ". More branches of the same template and about the same size would help.";
+}
+
+} // namespace
+
 Expected<void> classKin(InferenceContext& context)
 {
     const InferenceOptions& options = context.options;
     const std::vector<KinLevel>& levels = kinLevels();
-    const KinNursery nursery(context.exemplars.library, context.limbs, options.progress);
+    const std::vector<std::uint32_t> draws = segmentsDrawn(context.exemplars.library);
+    const KinNursery nursery(context.exemplars.library, context.limbs, draws, options.progress);
     const auto coarseness = [&](double dial) {
         return levels[static_cast<std::size_t>(std::round(dial * static_cast<double>(levels.size() - 1)))];
     };
+    const auto shortfall = [&](const KinTrial& trial) { return shortfallOf(context, trial); };
     Expected<KinTrial> trial;
     if (options.ruleWeight && options.mergeWeight)
         trial = nursery.tryOut(coarseness(*options.ruleWeight), *options.mergeWeight);
     else
     {
-        trial = options.ruleWeight ? nursery.calibrate(coarseness(*options.ruleWeight)) : nursery.chooseLevel();
+        trial =
+            options.ruleWeight ? nursery.calibrate(coarseness(*options.ruleWeight)) : nursery.chooseLevel(shortfall);
         // The dial turns the weight on the level that suits the tree, so that it moves one thing only.
         if (trial && options.mergeWeight)
             trial = nursery.tryOut(std::move(trial->classes), *options.mergeWeight);
@@ -108,25 +194,19 @@ Expected<void> classKin(InferenceContext& context)
 
     context.classes = std::move(chosen.classes);
     Species& species = context.species;
-    if (context.classes.weight > 0) // where nothing may change, the drawn trees themselves are what is wanted
-        species.window = std::move(chosen.window);
+    context.window = std::move(chosen.window);
     const auto level = std::ranges::find(levels, context.classes.level);
     species.provenance.mergeWeight = context.classes.weight;
     species.provenance.ruleWeight =
         static_cast<double>(level - levels.begin()) / static_cast<double>(levels.size() - 1);
-    const auto percent = [](double share) { return formatNumber(std::round(100 * share)) + " %"; };
-    context.summary = std::to_string(context.classes.kin.size()) + " classes of kin (" +
-                      describe(context.classes.level) +
-                      "), exchanged with chance w = " + formatNumber(context.classes.weight) + "; of trial trees " +
-                      percent(chosen.accepted) + " fit the window, of these " + percent(chosen.distinct) +
-                      " are different; two of them differ by about " +
-                      formatNumber(std::round(100 * chosen.difference) / 100) + " of their edit distance";
-    if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.distinct < 0.6))
-        species.provenance.note =
-            "this tree allows few relatives: of trial trees " + percent(chosen.accepted) +
-            " were of its kind and size" +
-            (chosen.accepted > 0 ? ", and of these " + percent(chosen.distinct) + " different" : "") +
-            ". More branches of the same template and about the same size would help.";
+    context.summary =
+        std::to_string(context.classes.kin.size()) + " classes of kin (" + describe(context.classes.level) +
+        "), exchanged with chance w = " + formatNumber(context.classes.weight) + "; of trial trees " +
+        percent(chosen.accepted) + " fit the window, of their pairs " +
+        formatNumber(std::round(1e5 * chosen.equal) / 1e3) + " % are equal; two of them differ by about " +
+        formatNumber(std::round(100 * chosen.difference) / 100) + " of their edit distance";
+    if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.equal > 1e-3))
+        species.provenance.note = adviceOnFewRelatives(context, chosen);
     context.grammarText = printKin(context);
     return {};
 }
@@ -134,7 +214,8 @@ Expected<void> classKin(InferenceContext& context)
 Expected<void> estimateKin(InferenceContext& context)
 {
     Species& species = context.species;
-    writeKinGrammar(context.exemplars.library, context.limbs, context.classes, species);
+    if (auto done = writeKin(context, context.classes, std::move(context.window), species); !done)
+        return done;
     context.summary = std::to_string(species.grammar.productions.size()) + " productions over " +
                       std::to_string(species.tables.size()) + " tables of observed transforms";
     if (species.window)

@@ -3,8 +3,10 @@
 #include <Espalier/Archetype/Template.h>
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Progress.h>
+#include <Espalier/Inference/KinSimulation.h>
 #include <Espalier/Inference/Limbs.h>
-#include <Espalier/Species/Grow.h>
+#include <Espalier/Species/Species.h>
+#include <functional>
 #include <vector>
 
 namespace espalier {
@@ -13,20 +15,26 @@ namespace espalier {
 struct KinTrial
 {
     KinClasses classes; ///< With the weight tried.
-    GrowthWindow
-        window; ///< Whose accepted trees have the drawn trees' mean size, as nearly as its lower bound can bring about.
-    double accepted = 0; ///< Share of attempts inside the window.
-    double distinct = 0; ///< Share of different topologies among them.
-    double difference =
-        0; ///< Median edit distance between two of them over the sum of their instances, estimated by pq-grams.
+    /// Whose accepted trees have the drawn trees' mean size, as nearly as its lower bound can bring about. Without
+    /// copies.
+    GrowthWindow window;
+    double accepted = 0; ///< Share of attempts inside the window that are no copies.
+    double equal = 1;    ///< Chance that two accepted trees are the same but for transforms.
+    /// Median edit distance between two of them over the sum of their instances; of trees that are not small estimated
+    /// by pq-grams.
+    double difference = 0;
 };
 
 /// Grows trees of choices of classes and weight, from seeds of its own, and says what they come to.
 class KinNursery
 {
 public:
+    /// What a trial's trees miss of what is wanted of relatives beyond difference and number: 0 nothing.
+    using Shortfall = std::function<Expected<double>(const KinTrial& trial)>;
+
     /// All arguments must outlive it.
-    KinNursery(const TemplateLibrary& library, const LimbTable& limbs, const Progress& progress);
+    KinNursery(const TemplateLibrary& library, const LimbTable& limbs, const std::vector<std::uint32_t>& draws,
+               const Progress& progress);
 
     /// The trial of one choice.
     [[nodiscard]] Expected<KinTrial> tryOut(KinClasses classes, double weight) const;
@@ -35,24 +43,35 @@ public:
     /// The smallest weight (to 0.01) at which the trees of a level differ as much as relatives should.
     [[nodiscard]] Expected<KinTrial> calibrate(const KinLevel& level) const;
 
-    /// The finest level whose calibrated trees are different enough, distinct, and often enough of the right size; the
-    /// one that comes nearest where none is.
-    [[nodiscard]] Expected<KinTrial> chooseLevel() const;
+    /// The finest level whose calibrated trees are different enough, distinct, often enough of the right size, and miss
+    /// nothing else; the one that comes nearest where none is.
+    [[nodiscard]] Expected<KinTrial> chooseLevel(const Shortfall& shortfall) const;
 
 private:
-    [[nodiscard]] Expected<std::vector<std::uint64_t>> drawnTopologies() const;
-    [[nodiscard]] GrowthWindow windowFor(const std::vector<GrowthSample>& samples) const;
+    /// Size, depth and topology of an attempt.
+    struct Sample
+    {
+        std::uint32_t segments;
+        std::uint32_t depth;
+        std::uint64_t topology;
+        bool whole;
+    };
 
-    const TemplateLibrary& library_;
+    [[nodiscard]] bool accepts(const GrowthWindow& window, const Sample& sample) const;
+    [[nodiscard]] GrowthWindow windowFor(const std::vector<Sample>& samples) const;
+    [[nodiscard]] double differenceOf(const std::vector<LabelledTree>& shapes) const;
+
     const LimbTable& limbs_;
+    const std::vector<std::uint32_t>& draws_;
     const Progress& progress_;
+    std::vector<std::uint32_t> anchors_;        ///< Number of each template.
     double segments_ = 0;                       ///< Mean of the drawn trees.
     double instances_ = 0;                      ///< Likewise.
     std::uint32_t leastSegments_ = 0xffffffffu; ///< Of the smallest drawn tree.
     std::uint32_t mostSegments_ = 0;            ///< Of the largest.
     std::uint32_t leastDepth_ = 0xffffffffu;
     std::uint32_t mostDepth_ = 0;
-    Expected<std::vector<std::uint64_t>> drawn_; ///< Topologies of the drawn trees.
+    std::vector<std::uint64_t> drawn_; ///< Topologies of the drawn trees.
 };
 
 } // namespace espalier

@@ -1,11 +1,10 @@
+#include <Espalier/Inference/Exemplars.h>
 #include <Espalier/Inference/InferenceContext.h>
 
 #include <Espalier/Archetype/Placement.h>
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Plant/Axes.h>
 #include <algorithm>
-#include <map>
-#include <set>
 
 namespace espalier {
 
@@ -29,7 +28,7 @@ struct Preset
 const std::vector<Preset>& presets()
 {
     static const std::vector<Preset> kPresets = {
-        {"kin", "kin 1", {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}}},
+        {"kin", "kin 2", {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}}},
         {"helberg",
          "helberg 1",
          {{"infer", inferBreadthFirst},
@@ -38,43 +37,6 @@ const std::vector<Preset>& presets()
           {"estimate", estimatePerTemplate}}},
     };
     return kPresets;
-}
-
-/// All archetypes as one, with one library of the templates that they use. Templates of equal word are one; a name that
-/// is taken by another word gets a number.
-Archetype mergeArchetypes(std::span<const Archetype> archetypes)
-{
-    Archetype all;
-    std::map<std::string, std::uint32_t> byWord;
-    std::set<std::string> names;
-    const auto merge = [&](Template piece) {
-        const auto [entry, isNew] =
-            byWord.try_emplace(printWord(piece), static_cast<std::uint32_t>(all.library.templates.size()));
-        if (isNew)
-        {
-            const std::string wanted = piece.name;
-            for (std::uint32_t number = 2; !names.insert(piece.name).second; ++number)
-                piece.name = wanted + "_" + std::to_string(number);
-            all.library.templates.push_back(std::move(piece));
-        }
-        return entry->second;
-    };
-    for (const Archetype& archetype : archetypes)
-    {
-        std::vector<std::uint32_t> newIndex(archetype.library.templates.size(), kNoPiece);
-        const auto offset = static_cast<std::uint32_t>(all.instances.size());
-        for (TemplateInstance instance : archetype.instances)
-        {
-            std::uint32_t& piece = newIndex[instance.piece];
-            if (piece == kNoPiece)
-                piece = merge(archetype.library.templates[instance.piece]);
-            instance.piece = piece;
-            if (instance.parent != kNoInstance)
-                instance.parent += offset;
-            all.instances.push_back(instance);
-        }
-    }
-    return all;
 }
 
 std::string identityOf(std::span<const Archetype> archetypes)
@@ -142,7 +104,7 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
         return failure(ErrorKind::BadInput, {}, "there is no inference preset \"" + options.preset + "\"",
                        "kin or helberg");
 
-    InferenceContext context{options, mergeArchetypes(archetypes), {}, {}, {}, {}, {}, {}, {}, {}};
+    InferenceContext context{options, mergeArchetypes(archetypes), {}, {}, {}, {}, {}, {}, {}, {}, {}};
     context.anchors = anchorsOf(context.exemplars);
     context.species.name = options.name;
     context.species.provenance.method = preset->method;

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <iterator>
+#include <utility>
 
 namespace espalier {
 
@@ -93,35 +93,159 @@ std::uint32_t editDistance(const LabelledTree& a, const LabelledTree& b)
     return trees.back();
 }
 
-std::vector<std::uint64_t> pqGramsOf(const LabelledTree& tree)
+double normalisedEditDistance(const LabelledTree& a, const LabelledTree& b)
 {
-    constexpr std::uint64_t kNull = 0xffff;
-    const auto labelOf = [&](std::uint32_t node) { return std::uint64_t{tree.labels[node]} & 0xffff; };
-    std::vector<std::uint64_t> grams;
-    grams.reserve(2 * std::size_t{tree.size()});
-    std::vector<std::uint64_t> left(tree.size(), kNull); // the last child seen
-    const auto stemOf = [&](std::uint32_t node) {
-        return (node == 0 ? kNull : labelOf(tree.parents[node])) << 48 | labelOf(node) << 32;
-    };
+    const double size = static_cast<double>(a.size()) + b.size();
+    return size == 0 ? 0 : editDistance(a, b) / size;
+}
+
+namespace {
+
+/// Calls `use` with the four labels of each pq-gram: parent, node, two neighbouring children. `none` stands for what is
+/// not there.
+template <class Use>
+void eachPqGram(const LabelledTree& tree, std::uint32_t none, const Use& use)
+{
+    std::vector<std::uint32_t> left(tree.size(), none); // the last child seen
+    const auto parentLabel = [&](std::uint32_t node) { return node == 0 ? none : tree.labels[tree.parents[node]]; };
     for (std::uint32_t node = 1; node < tree.size(); ++node)
     {
         const std::uint32_t parent = tree.parents[node];
-        grams.push_back(stemOf(parent) | left[parent] << 16 | labelOf(node));
-        left[parent] = labelOf(node);
+        use(parentLabel(parent), tree.labels[parent], left[parent], tree.labels[node]);
+        left[parent] = tree.labels[node];
     }
     for (std::uint32_t node = 0; node < tree.size(); ++node)
-        grams.push_back(stemOf(node) | left[node] << 16 | kNull);
-    std::ranges::sort(grams);
+        use(parentLabel(node), tree.labels[node], left[node], none);
+}
+
+/// Of few labels, so that there is a counter for every gram there can be.
+PqGrams countedGrams(const LabelledTree& tree, std::uint32_t labels)
+{
+    const std::uint64_t base = labels + 1;
+    std::vector<std::uint32_t> counters(base * base * base * base);
+    eachPqGram(tree, labels, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d) {
+        ++counters[((a * base + b) * base + c) * base + d];
+    });
+    PqGrams grams;
+    for (std::uint64_t i = 0; i < counters.size(); ++i)
+        if (counters[i] > 0)
+        {
+            const auto digit = [&](std::uint64_t value) { return value == labels ? 0xffffu : value; };
+            const std::uint64_t gram = digit(i / (base * base * base)) << 48 | digit(i / (base * base) % base) << 32 |
+                                       digit(i / base % base) << 16 | digit(i % base);
+            grams.counts.push_back({gram, counters[i]});
+            grams.total += counters[i];
+        }
     return grams;
 }
 
-double pqGramDistance(const std::vector<std::uint64_t>& a, const std::vector<std::uint64_t>& b)
+PqGrams sortedGrams(const LabelledTree& tree)
 {
-    if (a.empty() && b.empty())
+    constexpr std::uint32_t kNone = 0xffff;
+    std::vector<std::uint64_t> all;
+    all.reserve(2 * std::size_t{tree.size()});
+    eachPqGram(tree, kNone, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d) {
+        all.push_back((a & 0xffff) << 48 | (b & 0xffff) << 32 | (c & 0xffff) << 16 | (d & 0xffff));
+    });
+    std::ranges::sort(all);
+    PqGrams grams;
+    for (const std::uint64_t gram : all)
+    {
+        if (grams.counts.empty() || grams.counts.back().gram != gram)
+            grams.counts.push_back({gram, 0});
+        ++grams.counts.back().count;
+    }
+    grams.total = all.size();
+    return grams;
+}
+
+/// The children of every node, in order.
+struct Children
+{
+    std::vector<std::uint32_t> first; ///< One more than there are nodes.
+    std::vector<std::uint32_t> nodes;
+
+    explicit Children(const LabelledTree& tree) : first(tree.size() + 2, 0), nodes(tree.size())
+    {
+        for (std::uint32_t node = 1; node < tree.size(); ++node)
+            ++first[tree.parents[node] + 2];
+        for (std::size_t i = 2; i < first.size(); ++i)
+            first[i] += first[i - 1];
+        for (std::uint32_t node = 1; node < tree.size(); ++node)
+            nodes[first[tree.parents[node] + 1]++] = node;
+    }
+    [[nodiscard]] std::uint32_t count(std::uint32_t node) const { return first[node + 1] - first[node]; }
+    [[nodiscard]] std::uint32_t at(std::uint32_t node, std::uint32_t i) const { return nodes[first[node] + i]; }
+};
+
+} // namespace
+
+PqGrams pqGramsOf(const LabelledTree& tree)
+{
+    constexpr std::uint32_t kFewLabels = 32;
+    constexpr std::uint32_t kManyNodes = 50000;
+    const std::uint32_t labels = tree.size() == 0 ? 0 : *std::ranges::max_element(tree.labels) + 1;
+    return labels <= kFewLabels && tree.size() >= kManyNodes ? countedGrams(tree, labels) : sortedGrams(tree);
+}
+
+double pqGramDistance(const PqGrams& a, const PqGrams& b)
+{
+    if (a.total + b.total == 0)
         return 0;
-    std::vector<std::uint64_t> common;
-    std::ranges::set_intersection(a, b, std::back_inserter(common));
-    return 1 - 2 * static_cast<double>(common.size()) / static_cast<double>(a.size() + b.size());
+    std::uint64_t common = 0;
+    for (std::size_t i = 0, k = 0; i < a.counts.size() && k < b.counts.size();)
+    {
+        if (a.counts[i].gram == b.counts[k].gram)
+            common += std::min(a.counts[i++].count, b.counts[k++].count);
+        else
+            a.counts[i].gram < b.counts[k].gram ? ++i : ++k;
+    }
+    return 1 - 2 * static_cast<double>(common) / static_cast<double>(a.total + b.total);
+}
+
+double estimatedEditDistance(const PqGrams& a, const PqGrams& b)
+{
+    return std::max(0.0, 0.90 * pqGramDistance(a, b) - 0.017);
+}
+
+double overlaidDistance(const LabelledTree& a, const LabelledTree& b)
+{
+    const double size = static_cast<double>(a.size()) + b.size();
+    if (a.size() == 0 || b.size() == 0)
+        return size > 0 ? 1 : 0;
+    const Children childrenOfA(a);
+    const Children childrenOfB(b);
+    std::uint32_t laid = 0;
+    std::uint32_t relabelled = 0;
+    std::vector<std::pair<std::uint32_t, std::uint32_t>> pending{{0, 0}};
+    std::vector<std::uint32_t> best; // of what is left of both sequences of children
+    while (!pending.empty())
+    {
+        const auto [x, y] = pending.back();
+        pending.pop_back();
+        ++laid;
+        relabelled += a.labels[x] != b.labels[y] ? 1 : 0;
+        const std::uint32_t m = childrenOfA.count(x);
+        const std::uint32_t n = childrenOfB.count(y);
+        if (m == 0 || n == 0)
+            continue;
+        const auto worth = [&](std::uint32_t i, std::uint32_t k) {
+            return a.labels[childrenOfA.at(x, i)] == b.labels[childrenOfB.at(y, k)] ? 3u : 1u;
+        };
+        const auto cell = [&](std::uint32_t i, std::uint32_t k) -> std::uint32_t& { return best[i * (n + 1) + k]; };
+        best.assign(std::size_t{m + 1} * (n + 1), 0);
+        for (std::uint32_t i = m; i-- > 0;)
+            for (std::uint32_t k = n; k-- > 0;)
+                cell(i, k) = std::max({cell(i + 1, k), cell(i, k + 1), cell(i + 1, k + 1) + worth(i, k)});
+        for (std::uint32_t i = 0, k = 0; i < m && k < n;)
+        {
+            if (cell(i, k) == cell(i + 1, k + 1) + worth(i, k))
+                pending.emplace_back(childrenOfA.at(x, i++), childrenOfB.at(y, k++));
+            else
+                cell(i, k) == cell(i + 1, k) ? ++i : ++k;
+        }
+    }
+    return (size - 2.0 * laid + relabelled) / size;
 }
 
 } // namespace espalier

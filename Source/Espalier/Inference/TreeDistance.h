@@ -21,11 +21,37 @@ struct LabelledTree
 /// product of the sizes.
 [[nodiscard]] std::uint32_t editDistance(const LabelledTree& a, const LabelledTree& b);
 
-/// The tree's pq-grams with p = q = 2 (Augsten, Boehlen & Gamper, "Approximate matching of hierarchical data using
-/// pq-grams", 2005): parent and node over each pair of neighbouring children, hashed and sorted.
-[[nodiscard]] std::vector<std::uint64_t> pqGramsOf(const LabelledTree& tree);
+/// The edit distance over the sum of both sizes, [0, 1].
+[[nodiscard]] double normalisedEditDistance(const LabelledTree& a, const LabelledTree& b);
 
-/// Share of the pq-grams of two trees that they do not have in common, [0, 1]; in time linear in their number.
-[[nodiscard]] double pqGramDistance(const std::vector<std::uint64_t>& a, const std::vector<std::uint64_t>& b);
+/// A tree's pq-grams, each different one with how often it occurs, in ascending order.
+struct PqGrams
+{
+    struct Count
+    {
+        std::uint64_t gram;
+        std::uint32_t count;
+    };
+    std::vector<Count> counts;
+    std::uint64_t total = 0;
+};
+
+/// The tree's pq-grams with p = q = 2 (Augsten, Boehlen & Gamper, "Approximate matching of hierarchical data using
+/// pq-grams", 2005): parent and node over each pair of neighbouring children. Of labels beyond 65,534 some count as
+/// equal.
+[[nodiscard]] PqGrams pqGramsOf(const LabelledTree& tree);
+
+/// Share of the pq-grams of two trees that they do not have in common, [0, 1]; in time linear in their different ones.
+[[nodiscard]] double pqGramDistance(const PqGrams& a, const PqGrams& b);
+
+/// The edit distance of two trees over the sum of their sizes, estimated from their pq-grams: a straight line fitted to
+/// trees of 17 to 465 nodes (r = 0.96), up to 0.1 too low above 0.3, and more so the larger the trees are. [0, 0.883]
+[[nodiscard]] double estimatedEditDistance(const PqGrams& a, const PqGrams& b);
+
+/// An upper bound of the edit distance over the sum of both sizes, in time about linear: the trees are laid over each
+/// other from the root up, at each node the children of equal label in order, then those of other labels; nodes that
+/// have no counterpart are deleted or inserted. (Selkow's edits, "The tree-to-tree editing problem", 1977, by the
+/// labels of children alone.) [0, 1]
+[[nodiscard]] double overlaidDistance(const LabelledTree& a, const LabelledTree& b);
 
 } // namespace espalier

@@ -93,6 +93,40 @@ Expected<Grower> Grower::make(const Species& species, std::optional<std::uint32_
     return grower;
 }
 
+Expected<Grower> Grower::makeExemplar(const Species& species, std::uint32_t tree)
+{
+    const std::uint32_t trees = species.provenance.exemplars;
+    if (tree >= trees)
+        return failure(ErrorKind::BadInput, {},
+                       trees == 0 ? "the species does not hold the tree that it was inferred from"
+                                  : "the species holds no drawn tree number " + std::to_string(tree + 1),
+                       trees == 0 ? "one that was inferred with the preset kin"
+                                  : "one of its " + std::to_string(trees));
+    Species exemplar = species;
+    exemplar.window.reset();
+    for (TransformTable& table : exemplar.tables)
+        table.spread = {};
+    Grammar& grammar = exemplar.grammar;
+    const auto weight = std::ranges::find(grammar.constants, "w", &NamedConstant::name);
+    if (weight != grammar.constants.end())
+        weight->value = grammar.expressions.number(0);
+    if (trees > 1)
+    {
+        // The axiom's rules are the drawn trees, in their order.
+        std::uint32_t number = 0;
+        const auto begins = [&](const Production& production) {
+            return grammar.axiom.size() == 1 && production.predecessor == grammar.axiom[0].symbol && number++ == tree;
+        };
+        const auto rule = std::ranges::find_if(grammar.productions, begins);
+        if (rule == grammar.productions.end())
+            return failure(ErrorKind::BadInput, {},
+                           "no rule of the axiom leads to drawn tree number " + std::to_string(tree + 1),
+                           "the axiom and its rules as they were inferred");
+        grammar.axiom = rule->successor;
+    }
+    return make(exemplar);
+}
+
 Expected<Grower> Grower::make(const Grammar& grammar, std::optional<std::uint32_t> iterations, const Limits& limits)
 {
     Species species;

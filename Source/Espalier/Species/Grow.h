@@ -54,6 +54,10 @@ public:
     [[nodiscard]] static Expected<Grower> make(const Grammar& grammar, std::optional<std::uint32_t> iterations = {},
                                                const Limits& limits = {});
 
+    /// What gives back drawn tree number `tree`, parameters and all, whatever the seed. Fails with BadInput if the
+    /// species does not hold it: hand-written ones hold none, nor do those of presets that generalise without return.
+    [[nodiscard]] static Expected<Grower> makeExemplar(const Species& species, std::uint32_t tree = 0);
+
     /// Grows the tree of `seed` into `skeleton`, axes and radii included. Depth first, without building a word unless
     /// the grammar has contexts; nothing is allocated once `scratch` and `skeleton` are warm. On failure `skeleton` is
     /// empty.

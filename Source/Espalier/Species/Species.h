@@ -28,7 +28,7 @@ struct GrowthWindow
     friend bool operator==(const GrowthWindow&, const GrowthWindow&) = default;
 };
 
-/// Where a species came from, for people and tools; growing does not read it.
+/// Where a species came from, for people and tools; growing reads only `exemplars`, to give those back.
 struct Provenance
 {
     std::string method;     ///< The inference preset and its version, such as "kin 1"; empty for hand-written species.
@@ -37,6 +37,9 @@ struct Provenance
     double ruleWeight = 0;
     std::uint32_t exemplarSegments = 0; ///< Mean over the drawn trees.
     std::uint32_t exemplarInstances = 0;
+    /// Drawn trees that the rules give back exactly: where the grammar's constant `w` is 0 and the tables are not
+    /// smoothed (Grower::makeExemplar). 0: none.
+    std::uint32_t exemplars = 0;
     std::string note; ///< What the designer should know, such as how many relatives the tree allows.
 
     friend bool operator==(const Provenance&, const Provenance&) = default;

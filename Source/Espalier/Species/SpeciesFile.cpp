@@ -171,7 +171,7 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance)
 Expected<void> readProvenance(const Value& value, Provenance& provenance)
 {
     if (auto done = value.requireObject("provenance", {"method", "archetypes", "mergeWeight", "ruleWeight",
-                                                       "exemplarSegments", "exemplarInstances", "note"});
+                                                       "exemplarSegments", "exemplarInstances", "exemplars", "note"});
         !done)
         return done;
     return Fields(value)
@@ -181,6 +181,7 @@ Expected<void> readProvenance(const Value& value, Provenance& provenance)
         .number("ruleWeight", provenance.ruleWeight, 0, 1)
         .count("exemplarSegments", provenance.exemplarSegments, 0, 0xffffffffu)
         .count("exemplarInstances", provenance.exemplarInstances, 0, 0xffffffffu)
+        .count("exemplars", provenance.exemplars, 0, 0xffffffffu)
         .string("note", provenance.note)
         .result();
 }
@@ -404,8 +405,8 @@ std::string printSpecies(const Species& species)
     out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
            ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
            ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) +
-           ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) + ", \"note\": " + quoteJson(p.note) +
-           "}\n}\n";
+           ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) +
+           ", \"exemplars\": " + std::to_string(p.exemplars) + ", \"note\": " + quoteJson(p.note) + "}\n}\n";
     return out;
 }
 

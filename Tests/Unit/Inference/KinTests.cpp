@@ -102,6 +102,32 @@ TEST(Kin, GrowsEachOfSeveralDrawnTrees)
         EXPECT_GT(times, 8u);
 }
 
+TEST(Kin, HoldsTheDrawnTreesExactlyAtEveryWeight)
+{
+    for (std::uint32_t seed = 0; seed < 12; ++seed)
+    {
+        const Archetype archetype = seed == 0   ? samples::thesis()
+                                    : seed == 1 ? samples::bush()
+                                                : samples::randomArchetype(Seed{seed}, 15 * seed, 1 + seed % 3);
+        const Species species =
+            inferred(archetype, seed < 6 ? InferenceOptions{} : InferenceOptions{.mergeWeight = seed / 11.0});
+        const std::vector<Skeleton> trees = drawn(archetype, species.appearance.pipes);
+        ASSERT_EQ(species.provenance.exemplars, trees.size());
+        for (std::uint32_t tree = 0; tree < trees.size(); ++tree)
+        {
+            const Grower grower = Grower::makeExemplar(species, tree).value();
+            GrowScratch scratch;
+            Skeleton grown;
+            ASSERT_TRUE(grower.grow(Seed{seed}, {}, scratch, grown));
+            EXPECT_EQ(anonymous(grown), trees[tree]) << "archetype " << seed << ", tree " << tree;
+        }
+        EXPECT_FALSE(Grower::makeExemplar(species, static_cast<std::uint32_t>(trees.size())));
+    }
+    const Archetype thesis = samples::thesis();
+    EXPECT_FALSE(Grower::makeExemplar(inferred(thesis, {.preset = "helberg"})));
+    EXPECT_FALSE(Grower::makeExemplar(Species{}));
+}
+
 TEST(Kin, ExpectsEachDrawnInstanceOnceAtEveryWeightAndLevel)
 {
     struct Case

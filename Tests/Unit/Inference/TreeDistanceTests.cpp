@@ -167,11 +167,42 @@ TEST(TreeDistance, IsAMetric)
 TEST(TreeDistance, PqGramsCountWhatIsCommon)
 {
     // a(bc): (null a | null b) (null a | b c) (null a | c null) and two leaves.
-    EXPECT_EQ(pqGramsOf(treeOf("a(bc)")).size(), 5u);
+    EXPECT_EQ(pqGramsOf(treeOf("a(bc)")).total, 5u);
     EXPECT_EQ(pqGramDistance(pqGramsOf(treeOf("a(bc)")), pqGramsOf(treeOf("a(bc)"))), 0);
     EXPECT_EQ(pqGramDistance(pqGramsOf(treeOf("a(bc)")), pqGramsOf(treeOf("d(ef)"))), 1);
     // a(bd) has (null a | null b) and the leaf b in common with it.
     EXPECT_DOUBLE_EQ(pqGramDistance(pqGramsOf(treeOf("a(bc)")), pqGramsOf(treeOf("a(bd)"))), 1 - 2 * 2.0 / 10);
+}
+
+TEST(TreeDistance, PqGramsOfLargeTreesAreCountedAlike)
+{
+    // Above 50,000 nodes the grams of few labels have a counter each; a label too many sorts them.
+    LabelledTree a = randomTree(RandomKey(Seed{1}), 50001, 5);
+    LabelledTree b = randomTree(RandomKey(Seed{2}), 50001, 5);
+    const double counted = pqGramDistance(pqGramsOf(a), pqGramsOf(b));
+    EXPECT_GT(counted, 0);
+    for (LabelledTree* tree : {&a, &b})
+        for (std::uint32_t& label : tree->labels)
+            label += 40;
+    EXPECT_EQ(pqGramDistance(pqGramsOf(a), pqGramsOf(b)), counted);
+}
+
+TEST(TreeDistance, TreesLaidOverEachOtherBoundIt)
+{
+    EXPECT_EQ(overlaidDistance(treeOf("a(bc)"), treeOf("a(bc)")), 0);
+    EXPECT_DOUBLE_EQ(overlaidDistance(treeOf("a(bc)"), treeOf("a(c)")), 1.0 / 5);       // b goes
+    EXPECT_DOUBLE_EQ(overlaidDistance(treeOf("a(b(xyz)c)"), treeOf("a(cb)")), 5.0 / 9); // c stays; b(xyz) and b go
+    EXPECT_DOUBLE_EQ(overlaidDistance(treeOf("a(bcd)"), treeOf("a(e(bcd))")), 6.0 / 9); // e over b; the others go
+    EXPECT_EQ(overlaidDistance({}, treeOf("a")), 1);
+    for (std::uint64_t seed = 0; seed < 200; ++seed)
+    {
+        const RandomKey key = RandomKey(Seed{seed});
+        const LabelledTree a = randomTree(key.child(1), 30, 3);
+        const LabelledTree b = randomTree(key.child(2), 40, 3);
+        EXPECT_GE(overlaidDistance(a, b), normalisedEditDistance(a, b)) << seed;
+        EXPECT_LE(overlaidDistance(a, b), 1) << seed;
+        EXPECT_EQ(overlaidDistance(a, a), 0) << seed;
+    }
 }
 
 } // namespace

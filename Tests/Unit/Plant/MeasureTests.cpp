@@ -1,5 +1,7 @@
+#include <Espalier/Plant/Axes.h>
 #include <Espalier/Plant/Measure.h>
 #include <Plant/SampleSkeletons.h>
+#include <cmath>
 #include <functional>
 #include <gtest/gtest.h>
 #include <set>
@@ -136,6 +138,90 @@ TEST(Measure, RandomTreesAgreeWithTheRecursiveDefinition)
         EXPECT_EQ(facts.tips, tips) << "seed " << seed;
         EXPECT_EQ(facts.maxDepth, deepest) << "seed " << seed;
     }
+}
+
+/// A tree whose every segment but the tips carries two, `levels` segments from base to tip.
+Skeleton binaryTree(std::uint32_t levels)
+{
+    Skeleton skeleton;
+    std::vector<std::uint32_t> row{grow(skeleton, kNoSegment, {0, 1, 0})};
+    for (std::uint32_t level = 1; level < levels; ++level)
+    {
+        std::vector<std::uint32_t> next;
+        for (const std::uint32_t segment : row)
+            for (const float x : {-0.5f, 0.5f})
+                next.push_back(grow(skeleton, segment, {x, 1, 0}));
+        row = next;
+    }
+    completeAxes(skeleton, {});
+    return skeleton;
+}
+
+TEST(Measure, StreamsOfAPerfectBinaryTreeDouble)
+{
+    const std::vector<std::uint32_t> streams = strahlerStreams(binaryTree(5));
+    EXPECT_EQ(streams, (std::vector<std::uint32_t>{16, 8, 4, 2, 1}));
+    EXPECT_NEAR(bifurcationRatio(streams), 2, 1e-12);
+}
+
+TEST(Measure, ARunWithoutForksIsOneStream)
+{
+    Skeleton skeleton;
+    std::uint32_t last = kNoSegment;
+    for (int i = 0; i < 4; ++i)
+        last = grow(skeleton, last, {0, 1, 0});
+    EXPECT_EQ(strahlerStreams(skeleton), (std::vector<std::uint32_t>{1}));
+    EXPECT_EQ(bifurcationRatio(strahlerStreams(skeleton)), 1);
+    EXPECT_TRUE(strahlerStreams({}).empty());
+}
+
+TEST(Measure, TheBifurcationRatioIsTheRegressionsOfHorton)
+{
+    // log counts 4, 2, 0 times log 3 fall by log 9 an order.
+    EXPECT_NEAR(bifurcationRatio(std::vector<std::uint32_t>{81, 9, 1}), 9, 1e-12);
+    // A slope of -(log 12 - log 1) / 2, whatever lies in the middle.
+    EXPECT_NEAR(bifurcationRatio(std::vector<std::uint32_t>{12, 5, 1}), std::sqrt(12.0), 1e-12);
+}
+
+TEST(Measure, LateralsHaveAngleAndAzimuth)
+{
+    Skeleton skeleton;
+    const std::uint32_t base = grow(skeleton, kNoSegment, {0, 2, 0});
+    const std::uint32_t trunk = grow(skeleton, base, {0, 2, 0});
+    grow(skeleton, trunk, {0, 1, 0});
+    grow(skeleton, trunk, {0, 1, 0});
+    grow(skeleton, base, {1, 1, 0});
+    completeAxes(skeleton, {});
+    BranchMeasures measures;
+    appendBranchMeasures(skeleton, 1, 0, measures);
+    EXPECT_EQ(measures.lengths.size(), 5u);
+    EXPECT_EQ(measures.widths.size(), 5u);
+    EXPECT_NEAR(measures.widths[0], 2 * 0.008 * std::sqrt(3.0), 1e-6); // three tips, each a pipe of 8 mm radius
+    ASSERT_EQ(measures.angles.size(), 2u);
+    EXPECT_NEAR(measures.angles[0], 0, 1e-3); // goes straight on beside the trunk, so it has no azimuth
+    EXPECT_NEAR(measures.angles[1], 45, 1e-3);
+    ASSERT_EQ(measures.azimuths.size(), 1u);
+    const Vec3 left = skeleton.lefts[base];
+    EXPECT_NEAR(measures.azimuths[0], left.x < 0 ? 180 : 0, 1e-3);
+
+    BranchMeasures halves[2];
+    for (std::uint32_t offset : {0u, 1u})
+        appendBranchMeasures(skeleton, 2, offset, halves[offset]);
+    EXPECT_EQ(halves[0].lengths.size() + halves[1].lengths.size(), 5u);
+    EXPECT_EQ(halves[0].angles.size() + halves[1].angles.size(), 2u);
+}
+
+TEST(Measure, LengthIsCountedAtTheHeightOfTheMiddle)
+{
+    Skeleton skeleton;
+    const std::uint32_t base = grow(skeleton, kNoSegment, {0, 2, 0});
+    grow(skeleton, base, {0, 4, 0});
+    grow(skeleton, base, {3, -8, 0});
+    std::vector<double> bins(4);
+    addLengthByHeight(skeleton, 1.0, bins);
+    EXPECT_NEAR(bins[0], std::sqrt(73.0), 1e-5); // below the ground
+    EXPECT_NEAR(bins[1], 2, 1e-6);
+    EXPECT_NEAR(bins[3], 4, 1e-6); // above the last bin
 }
 
 } // namespace

@@ -1,0 +1,485 @@
+#include <Espalier/Inference/Comparison.h>
+
+#include <Espalier/Archetype/Placement.h>
+#include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Inference/Divergence.h>
+#include <Espalier/Inference/Exemplars.h>
+#include <Espalier/Inference/InstanceTree.h>
+#include <Espalier/Plant/Axes.h>
+#include <Espalier/Species/Grow.h>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+
+namespace espalier {
+
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// Beyond so many instances the edit distance takes seconds a pair, and pq-grams estimate it.
+constexpr std::uint32_t kMostEdited = 2000;
+/// Products of sizes that all edit distances of a comparison may come to: about a minute.
+constexpr double kEditBudget = 1.0e9;
+/// Values of one parameter that are kept of all grown trees.
+constexpr double kMostValues = 1 << 20;
+
+double meanOf(const std::vector<double>& values)
+{
+    double sum = 0;
+    for (const double value : values)
+        sum += value;
+    return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
+double medianOf(std::vector<double> values)
+{
+    if (values.empty())
+        return 0;
+    std::ranges::sort(values);
+    const std::size_t half = values.size() / 2;
+    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
+double deviationOf(const std::vector<double>& values)
+{
+    const double mean = meanOf(values);
+    double squares = 0;
+    for (const double value : values)
+        squares += (value - mean) * (value - mean);
+    return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+/// Root mean square of the way round from each to their mean direction. Unlike the circular standard deviation it stays
+/// finite, at most 180 degrees / sqrt 3 where there is no direction.
+double circularDeviationOf(const std::vector<double>& degrees)
+{
+    double x = 0;
+    double y = 0;
+    for (const double value : degrees)
+    {
+        const math::SinCos direction = math::sinCosDegrees(value);
+        x += direction.cos;
+        y += direction.sin;
+    }
+    const double mean = math::atan2(y, x) / math::kRadiansPerDegree;
+    double squares = 0;
+    for (const double value : degrees)
+    {
+        const double way = std::remainder(value - mean, 360.0);
+        squares += way * way;
+    }
+    return degrees.empty() ? 0 : std::sqrt(squares / static_cast<double>(degrees.size()));
+}
+
+/// `distance` in spreads. What differs by rounding alone counts as equal.
+ParameterComparison overSpread(double distance, double spread)
+{
+    constexpr double kNothing = 1e-5; // degrees or metres: a float's rounding of a tree's coordinates
+    if (spread <= kNothing)
+        return {distance <= kNothing ? 0 : kInfinity, 0};
+    return {distance / spread, spread};
+}
+
+ParameterComparison compareLinear(const std::vector<double>& drawn, const std::vector<double>& grown)
+{
+    return overSpread(wasserstein(drawn, grown), deviationOf(drawn));
+}
+
+ParameterComparison compareCircular(const std::vector<double>& drawn, const std::vector<double>& grown)
+{
+    return overSpread(circularWasserstein(drawn, grown, 360.0), circularDeviationOf(drawn));
+}
+
+/// Between two histograms with bins of width 1, each of any sum.
+double wassersteinOfBins(const std::vector<double>& a, const std::vector<double>& b)
+{
+    double sumA = 0;
+    double sumB = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+    {
+        sumA += a[i];
+        sumB += b[i];
+    }
+    if (sumA <= 0 || sumB <= 0)
+        return sumA == sumB ? 0 : static_cast<double>(a.size());
+    double difference = 0;
+    double area = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+    {
+        difference += a[i] / sumA - b[i] / sumB;
+        area += std::abs(difference);
+    }
+    return area;
+}
+
+/// How often each template hangs at each place of each other.
+using AnchorCounts = std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, double>;
+
+void countAnchors(const InstanceTree& tree, AnchorCounts& counts)
+{
+    for (std::uint32_t i = 1; i < tree.size(); ++i)
+        ++counts[{tree.shape.labels[tree.shape.parents[i]], tree.places[i], tree.shape.labels[i]}];
+}
+
+double divergenceOf(const AnchorCounts& a, const AnchorCounts& b)
+{
+    AnchorCounts all = a;
+    all.insert(b.begin(), b.end());
+    std::vector<double> countsA;
+    std::vector<double> countsB;
+    for (const auto& [key, ignored] : all)
+    {
+        const auto inA = a.find(key);
+        const auto inB = b.find(key);
+        countsA.push_back(inA == a.end() ? 0 : inA->second);
+        countsB.push_back(inB == b.end() ? 0 : inB->second);
+    }
+    return jensenShannon(countsA, countsB);
+}
+
+/// Edit distances over the sums of sizes; by pq-grams where a tree is too large.
+class NormalisedDistance
+{
+public:
+    explicit NormalisedDistance(bool estimate) : estimate_(estimate) {}
+
+    struct Shape
+    {
+        LabelledTree tree;
+        PqGrams grams;
+    };
+
+    [[nodiscard]] Shape shapeOf(LabelledTree tree) const
+    {
+        if (estimate_)
+            return {{}, pqGramsOf(tree)};
+        return {std::move(tree), {}};
+    }
+    [[nodiscard]] double operator()(const Shape& a, const Shape& b) const
+    {
+        if (estimate_)
+            return estimatedEditDistance(a.grams, b.grams);
+        return normalisedEditDistance(a.tree, b.tree);
+    }
+
+private:
+    bool estimate_;
+};
+
+/// What is gathered of drawn trees and of grown ones alike.
+struct Gathered
+{
+    Comparison::Samples samples;
+    AnchorCounts anchors;
+    std::vector<double> heights;
+    std::vector<double> widths;
+    std::vector<double> strahler;
+    std::vector<double> bifurcation;
+    std::vector<double> depth;
+
+    /// Of `skeleton`, of whose branches every `stride`-th is kept. Bins of the profile are `binHeight` high.
+    void add(const InstanceTree& tree, const Skeleton& skeleton, std::uint32_t stride, std::uint32_t number,
+             double binHeight)
+    {
+        const SkeletonFacts facts = measure(skeleton);
+        samples.segments.push_back(facts.segments);
+        heights.push_back(facts.maxY - std::min(0.0, facts.minY));
+        widths.push_back(2 * facts.maxRadius);
+        strahler.push_back(facts.strahler);
+        bifurcation.push_back(bifurcationRatio(strahlerStreams(skeleton)));
+        appendBranchMeasures(skeleton, stride, number, samples.branches);
+        addLengthByHeight(skeleton, binHeight, samples.lengthByShare);
+        countAnchors(tree, anchors);
+        std::uint32_t deepest = 0;
+        for (std::uint32_t i = 0; const std::uint32_t d : depthsOf(tree))
+        {
+            deepest = std::max(deepest, d);
+            if (i++ % stride == number % stride)
+                samples.depths.push_back(d);
+        }
+        depth.push_back(deepest);
+    }
+};
+
+/// A drawn tree.
+struct Exemplar
+{
+    InstanceTree tree;
+    Skeleton skeleton;
+};
+
+Expected<std::vector<Exemplar>> drawExemplars(const Archetype& archetype, const PipeModel& pipes)
+{
+    const AnchorTable anchors = anchorsOf(archetype);
+    const ArchetypeDrawer drawer(archetype);
+    std::vector<Exemplar> exemplars(drawer.trees());
+    for (std::size_t i = 0; i < exemplars.size(); ++i)
+    {
+        exemplars[i].tree = instanceTreeOf(archetype, anchors, i);
+        if (auto done = drawer.draw(i, {}, exemplars[i].skeleton); !done)
+            return tl::make_unexpected(done.error());
+        completeAxes(exemplars[i].skeleton, pipes);
+    }
+    return exemplars;
+}
+
+/// The template of each production: its index in the library, or a number of its own if the library does not know it.
+std::vector<std::uint32_t> labelsOf(const Species& species, const TemplateLibrary& library)
+{
+    std::map<std::string, std::uint32_t> labels;
+    for (std::uint32_t i = 0; i < library.templates.size(); ++i)
+        labels.emplace(library.templates[i].name, i);
+    std::vector<std::uint32_t> result;
+    for (const Production& production : species.grammar.productions)
+        result.push_back(labels.emplace(production.table, static_cast<std::uint32_t>(labels.size())).first->second);
+    return result;
+}
+
+std::vector<std::uint8_t> rewritableLetters(const Species& species, const TurtleAlphabet& alphabet)
+{
+    std::set<SymbolId> predecessors;
+    for (const Production& production : species.grammar.productions)
+        predecessors.insert(production.predecessor);
+    std::vector<std::uint8_t> result;
+    for (const SymbolId symbol : alphabet.symbols)
+        result.push_back(predecessors.contains(symbol) ? 1 : 0);
+    return result;
+}
+
+/// Grows the trees one after the other.
+class Comparer
+{
+public:
+    Comparer(const std::vector<Exemplar>& exemplars, std::vector<std::uint32_t> labels,
+             std::vector<std::uint8_t> rewritable, const ComparisonOptions& options)
+        : exemplars_(exemplars), labels_(std::move(labels)), rewritable_(std::move(rewritable)), options_(options),
+          distance_(planDistances())
+    {
+        drawn_.samples.lengthByShare.resize(kProfileBins);
+        grown_.samples.lengthByShare.resize(kProfileBins);
+        double segments = 0;
+        double height = 0;
+        for (const Exemplar& exemplar : exemplars_)
+        {
+            segments += exemplar.skeleton.size();
+            height += static_cast<double>(exemplar.skeleton.maxY);
+            shapes_.push_back(distance_.shapeOf(exemplar.tree.shape));
+            topologies_.insert(topologyOf(exemplar.tree));
+        }
+        const double trees = static_cast<double>(exemplars_.size());
+        binHeight_ = std::max(1e-6, 2 * height / trees / static_cast<double>(kProfileBins));
+        const double values = segments / trees * options.seeds;
+        stride_ = static_cast<std::uint32_t>(std::clamp(std::ceil(values / kMostValues), 1.0, 1e9));
+        for (const Exemplar& exemplar : exemplars_)
+            drawn_.add(exemplar.tree, exemplar.skeleton, 1, 0, binHeight_);
+    }
+
+    Expected<void> growAll(const Grower& grower)
+    {
+        InstanceTreeSink sink(labels_, rewritable_);
+        GrowScratch scratch;
+        Skeleton skeleton;
+        std::optional<NormalisedDistance::Shape> previous;
+        for (std::uint32_t i = 0; i < options_.seeds; ++i)
+        {
+            if (options_.progress.wantsStop())
+                return failure(ErrorKind::Cancelled, {}, "the comparison was cancelled");
+            options_.progress("compare", static_cast<double>(i) / options_.seeds);
+            GrowOptions options;
+            const Seed seed{options_.first.value + i};
+            const auto attempt = grower.acceptedAttempt(seed, options, scratch);
+            if (!attempt)
+                return tl::make_unexpected(attempt.error());
+            options.attempt = *attempt;
+            if (const auto done = grower.derive(seed, *attempt, options, scratch, sink); !done)
+                return tl::make_unexpected(done.error());
+            if (auto done = grower.grow(seed, options, scratch, skeleton); !done)
+                return done;
+            InstanceTree tree = sink.take();
+            grown_.add(tree, skeleton, stride_, i, binHeight_);
+            unfinished_ += tree.unfinished > 0 ? 1 : 0;
+            const std::uint64_t topology = topologyOf(tree);
+            copies_ += topologies_.contains(topology) ? 1 : 0;
+            distinct_.insert(topology);
+            compareShapes(i, std::move(tree.shape), previous);
+        }
+        options_.progress("compare", 1);
+        return {};
+    }
+
+    [[nodiscard]] Comparison result()
+    {
+        Comparison c;
+        const double seeds = options_.seeds;
+        c.seeds = options_.seeds;
+        c.exemplars = static_cast<std::uint32_t>(exemplars_.size());
+        for (const Exemplar& exemplar : exemplars_)
+            c.exemplarInstances += exemplar.tree.size() / static_cast<double>(exemplars_.size());
+
+        c.size.exemplar = meanOf(drawn_.samples.segments);
+        c.size.mean = meanOf(grown_.samples.segments);
+        c.size.median = medianOf(grown_.samples.segments);
+        for (const double size : grown_.samples.segments)
+        {
+            const auto like = [&](double low, double high) {
+                return std::ranges::any_of(drawn_.samples.segments,
+                                           [&](double e) { return size >= low * e && size <= high * e; });
+            };
+            c.size.within += like(0.5, 1.5) ? 1 / seeds : 0;
+            c.size.tiny += like(0.1, kInfinity) ? 0 : 1 / seeds;
+        }
+        c.size.unfinished = unfinished_ / seeds;
+
+        c.anchorDivergence = divergenceOf(drawn_.anchors, grown_.anchors);
+        const BranchMeasures& drawn = drawn_.samples.branches;
+        const BranchMeasures& grown = grown_.samples.branches;
+        c.parameters = {compareLinear(drawn.angles, grown.angles), compareLinear(drawn.lengths, grown.lengths),
+                        compareLinear(drawn.widths, grown.widths), compareCircular(drawn.azimuths, grown.azimuths)};
+
+        c.depth = {meanOf(drawn_.depth), meanOf(grown_.depth)};
+        c.depthHistogram = wasserstein(drawn_.samples.depths, grown_.samples.depths);
+        c.strahler = {meanOf(drawn_.strahler), meanOf(grown_.strahler)};
+        for (const double order : grown_.strahler)
+            if (std::ranges::any_of(drawn_.strahler, [&](double e) { return std::abs(order - e) <= 1; }))
+                c.strahlerWithin1 += 1 / seeds;
+        c.bifurcation = {meanOf(drawn_.bifurcation), meanOf(grown_.bifurcation)};
+
+        c.editDistance = {medianOf(exemplarDistances_), medianOf(pairDistances_),
+                          static_cast<std::uint32_t>(exemplarDistances_.size()), estimate_};
+        c.distinct = static_cast<double>(distinct_.size()) / seeds;
+        c.copies = copies_ / seeds;
+        c.crown.height = {meanOf(drawn_.heights), meanOf(grown_.heights)};
+        c.crown.width = {meanOf(drawn_.widths), meanOf(grown_.widths)};
+        // The bins reach twice as high as the drawn trees.
+        c.crown.profile = wassersteinOfBins(drawn_.samples.lengthByShare, grown_.samples.lengthByShare) * 2 /
+                          static_cast<double>(kProfileBins);
+
+        for (double& length : drawn_.samples.lengthByShare)
+            length /= static_cast<double>(exemplars_.size());
+        for (double& length : grown_.samples.lengthByShare)
+            length /= seeds;
+        c.drawn = std::move(drawn_.samples);
+        c.grown = std::move(grown_.samples);
+        c.exemplarDistances = std::move(exemplarDistances_);
+        c.pairDistances = std::move(pairDistances_);
+        return c;
+    }
+
+private:
+    /// Exact distances as long as trees are small enough, and of as many trees as there is time for.
+    NormalisedDistance planDistances()
+    {
+        double product = 0;
+        for (const Exemplar& exemplar : exemplars_)
+        {
+            estimate_ = estimate_ || exemplar.tree.size() > kMostEdited;
+            product += static_cast<double>(exemplar.tree.size()) * exemplar.tree.size();
+        }
+        const double affordable = estimate_ ? kInfinity : kEditBudget / std::max(1.0, 2 * product);
+        every_ = static_cast<std::uint32_t>(std::clamp(std::ceil(options_.seeds / affordable), 1.0, 1e9));
+        return NormalisedDistance(estimate_);
+    }
+
+    /// Tree `i` with the drawn ones and with the one before it, if it is one of those that are compared: of every
+    /// `every_` + 1 trees the last two.
+    void compareShapes(std::uint32_t i, LabelledTree tree, std::optional<NormalisedDistance::Shape>& previous)
+    {
+        const bool compared = every_ == 1 || i % (every_ + 1) == every_;
+        const bool nextIs = every_ == 1 || (i + 1) % (every_ + 1) == every_;
+        if (!compared && !nextIs)
+            return;
+        NormalisedDistance::Shape shape = distance_.shapeOf(std::move(tree));
+        if (compared)
+        {
+            double nearest = kInfinity;
+            for (const NormalisedDistance::Shape& exemplar : shapes_)
+                nearest = std::min(nearest, distance_(exemplar, shape));
+            exemplarDistances_.push_back(nearest);
+            if (previous)
+                pairDistances_.push_back(distance_(*previous, shape));
+        }
+        previous = std::move(shape);
+    }
+
+    const std::vector<Exemplar>& exemplars_;
+    std::vector<std::uint32_t> labels_;
+    std::vector<std::uint8_t> rewritable_;
+    const ComparisonOptions& options_;
+    bool estimate_ = false;
+    std::uint32_t every_ = 1;
+    NormalisedDistance distance_;
+    double binHeight_ = 1;
+    std::uint32_t stride_ = 1; ///< Of the branches that are kept of each grown tree.
+    std::vector<NormalisedDistance::Shape> shapes_;
+    std::set<std::uint64_t> topologies_; ///< Of the drawn trees.
+    Gathered drawn_;
+    Gathered grown_;
+    std::set<std::uint64_t> distinct_;
+    std::vector<double> exemplarDistances_;
+    std::vector<double> pairDistances_;
+    double copies_ = 0;
+    double unfinished_ = 0;
+};
+
+} // namespace
+
+Expected<Comparison> compare(std::span<const Archetype> archetypes, const Species& species,
+                             const ComparisonOptions& options)
+{
+    if (archetypes.empty())
+        return failure(ErrorKind::BadInput, {}, "there is no archetype to compare with", "at least one");
+    if (options.seeds < 2)
+        return failure(ErrorKind::BadInput, {}, "one tree has nothing to be compared with", "at least 2 seeds");
+    for (const Archetype& archetype : archetypes)
+        if (auto done = validate(archetype); !done)
+            return tl::make_unexpected(done.error());
+    if (species.tables.empty())
+        return failure(ErrorKind::BadInput, {}, "the species has no template instances to compare",
+                       "one that was inferred from archetypes");
+    const auto grower = Grower::make(species);
+    if (!grower)
+        return tl::make_unexpected(grower.error());
+
+    const Archetype merged = mergeArchetypes(archetypes);
+    const auto exemplars = drawExemplars(merged, species.appearance.pipes);
+    if (!exemplars)
+        return tl::make_unexpected(exemplars.error());
+    Comparer comparer(*exemplars, labelsOf(species, merged.library),
+                      rewritableLetters(species, TurtleAlphabet(grower->program())), options);
+    if (auto done = comparer.growAll(*grower); !done)
+        return tl::make_unexpected(done.error());
+    return comparer.result();
+}
+
+std::vector<Bar> barsOf(const Comparison& c)
+{
+    constexpr double kFewInstances = 25;
+    const bool few = c.exemplarInstances < kFewInstances;
+    const double parameter = few ? 0.15 : 0.1;
+    const auto ratio = [](const MeanComparison& m) { return m.exemplar > 0 ? m.mean / m.exemplar : 1.0; };
+    return {
+        {"trees within 0.5 to 1.5 of the exemplar's segments", c.size.within, 0.8, kInfinity},
+        {"trees under 10 % of its size", c.size.tiny, -kInfinity, 0},
+        {"unfinished trees", c.size.unfinished, -kInfinity, 0},
+        {"divergence of (parent, anchor -> child), bit", c.anchorDivergence, -kInfinity, 0.05},
+        {"branching angles, distance over spread", c.parameters.angle.distance, -kInfinity, parameter},
+        {"lengths, distance over spread", c.parameters.length.distance, -kInfinity, parameter},
+        {"widths, distance over spread", c.parameters.width.distance, -kInfinity, parameter},
+        {"azimuths, distance over spread", c.parameters.azimuth.distance, -kInfinity, parameter},
+        {"mean depth over the exemplar's", ratio(c.depth), 0.8, 1.2},
+        {"Strahler order within 1", c.strahlerWithin1, 0.95, kInfinity},
+        {"edit distance to the exemplar, median", c.editDistance.exemplarMedian, 0.15, 0.4},
+        {"edit distance between trees, median", c.editDistance.pairMedian, 0.25, kInfinity},
+        {"distinct trees", c.distinct, few ? 0.8 : 0.9, kInfinity},
+        {"exact copies of the exemplar", c.copies, -kInfinity, 0.05},
+        {"crown height over the exemplar's", ratio(c.crown.height), 0.85, 1.15},
+        {"crown width over the exemplar's", ratio(c.crown.width), 0.85, 1.15},
+        {"length by height, distance over height", c.crown.profile, -kInfinity, 0.15},
+    };
+}
+
+} // namespace espalier
