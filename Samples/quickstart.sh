@@ -26,6 +26,9 @@ espalier=Build/release/bin/espalier
 # A drawn tree becomes a species, a file of some kilobytes.
 run $espalier infer Content/Oak.archetype -o $out/oak.species
 run $espalier infer Content/Thesis.archetype -o $out/thesis.species
+run $espalier infer Content/Spruce.archetype -o $out/spruce.species
+run $espalier infer Content/Willow.archetype -o $out/willow.species
+run $espalier infer Content/Palm.archetype -o $out/palm.species
 
 # A species and a seed are a tree: always the same one, and every seed another.
 run $espalier grow $out/oak.species --seed 1..8 -o $out/oak.glb
@@ -39,6 +42,10 @@ run $espalier render $out/oak.species --seed 3 --turntable 6 -o $out/oak-3-turnt
 run $espalier render Content/Thesis.archetype -o $out/thesis-drawn.png
 run $espalier render Content/Thesis.archetype $out/thesis.species --seed 1..7 --sheet \
     -o $out/thesis-relatives.png
+for tree in Spruce Willow Palm; do
+    run $espalier render Content/$tree.archetype $out/${tree,,}.species --seed 1..7 --sheet --samples 16 \
+        --width 400 --height 460 -o $out/${tree,,}-relatives.png
+done
 
 # The same steps from C++: Samples/QuickStart/main.cpp.
 run Build/release/bin/espalier_quickstart $out/quickstart.glb

@@ -33,7 +33,8 @@ cd work || exit
 # The main job.
 expect "facts of the drawn tree" 0 '"segments": 55' "$espalier" measure "$content/Thesis.archetype" --json
 expect "facts of the drawn tree" 0 '"instances": 17' "$espalier" measure "$content/Thesis.archetype" --json
-for tree in Thesis Oak; do
+for archetype in "$content"/*.archetype; do
+    tree=$(basename "$archetype" .archetype)
     expect "infer" 0 "" "$espalier" infer "$content/$tree.archetype" -o $tree.species
     expect "infer at weight 0" 0 "" "$espalier" infer "$content/$tree.archetype" --merge-weight 0 -o $tree-0.species
     "$espalier" measure "$content/$tree.archetype" --json > drawn.json
@@ -46,7 +47,19 @@ for tree in Thesis Oak; do
     same "one seed, the same bytes" $tree-2.glb again.glb
     expect "overlap" 0 '"count"' "$espalier" overlap $tree.species --seed 1..2 --json
 done
-# The trees of Content/ as they ship: the oak is a small file, the thesis' example is the published one.
+# The trees of Content/ as they ship have relatives enough, all of them about as large, and these stand on the ground.
+for tree in Oak Spruce Willow Palm; do
+    "$espalier" infer "$content/$tree.archetype" -o noted.species > /dev/null 2> infer.note
+    [ ! -s infer.note ] || { printf 'FAILED %s: %s\n' $tree "$(cat infer.note)"; failures=$((failures + 1)); }
+    drawn=$("$espalier" measure "$content/$tree.archetype" --json | awk -F'[:,]' '/"segments"/ { print $2 }')
+    "$espalier" measure $tree.species --seed 1..40 --json | grep -oE '"(segments|minY)": *[-0-9.e]+' |
+        awk -F: -v drawn="$drawn" -v tree=$tree '
+        /segments/ { ++trees; if ($2 < drawn / 2 || $2 > 1.5 * drawn) ++odd }
+        /minY/ { if ($2 < -0.05) ++sunk }
+        END { if (trees != 40 || odd > 2 || sunk > 2) { printf "%s: of %d trees %d of another size, %d sunk\n", tree, trees, odd, sunk; exit 1 } }
+    ' || { printf 'FAILED the relatives of %s\n' $tree; failures=$((failures + 1)); }
+done
+# The oak is a small file, the thesis' example is the published one.
 if [ "$(stat -c %s Oak.species)" -ge 65536 ]; then
     printf 'FAILED a species of the oak has %s bytes\n' "$(stat -c %s Oak.species)"
     failures=$((failures + 1))
