@@ -22,8 +22,6 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Beyond so many instances the edit distance takes seconds a pair, and pq-grams estimate it.
 constexpr std::uint32_t kMostEdited = 2000;
-/// Products of sizes that all edit distances of a comparison may come to: about a minute.
-constexpr double kEditBudget = 1.0e9;
 /// Values of one parameter that are kept of all grown trees.
 constexpr double kMostValues = 1 << 20;
 
@@ -379,7 +377,7 @@ private:
             estimate_ = estimate_ || exemplar.tree.size() > kMostEdited;
             product += static_cast<double>(exemplar.tree.size()) * exemplar.tree.size();
         }
-        const double affordable = estimate_ ? kInfinity : kEditBudget / std::max(1.0, 2 * product);
+        const double affordable = estimate_ ? kInfinity : options_.editWork / std::max(1.0, 2 * product);
         every_ = static_cast<std::uint32_t>(std::clamp(std::ceil(options_.seeds / affordable), 1.0, 1e9));
         return NormalisedDistance(estimate_);
     }

@@ -102,6 +102,9 @@ struct ComparisonOptions
 {
     Seed first{1};
     std::uint32_t seeds = 2000; ///< first, first + 1, ...; at least 2.
+    /// How much edit distances may take: products of the sizes of the trees that are compared, all together. 1e9 is
+    /// about a minute; where it does not suffice for all, an even part of the trees is compared.
+    double editWork = 1e9;
     Progress progress{};
 };
 

@@ -129,6 +129,7 @@ Expected<double> shortfallOf(const InferenceContext& context, const KinTrial& tr
         return tl::make_unexpected(done.error());
     ComparisonOptions options;
     options.first = Seed{0x6b696e2074727565u}; // away from the small numbers that people use
+    options.editWork = 2e6;
     options.seeds =
         static_cast<std::uint32_t>(std::clamp(kSegments / std::max(1u, provenance.exemplarSegments), 40.0, 400.0));
     const auto comparison = compare({&context.exemplars, 1}, species, options);

@@ -21,6 +21,16 @@ constexpr double kLeastAccepted = 0.1; ///< A window of 32 attempts then misses 
 constexpr double kMostEqual = 1e-4;    ///< Of 2,000 trees, nine in ten are then different.
 
 constexpr double kTrialInstances = 3e4; ///< Of all trees of a trial.
+constexpr double kFewInstances = 40;    ///< Up to which exact distances take no time.
+constexpr double kManyInstances = 2000; ///< From which on trees are compared by pq-grams alone.
+
+double medianOf(std::vector<double> values)
+{
+    if (values.empty())
+        return 0;
+    std::ranges::sort(values);
+    return values[values.size() / 2];
+}
 
 /// How near a trial comes to what is wanted, [0, 1].
 double scoreOf(const KinTrial& trial)
@@ -120,13 +130,35 @@ GrowthWindow KinNursery::windowFor(const std::vector<Sample>& samples) const
     return best;
 }
 
+std::uint32_t KinNursery::trials() const
+{
+    return static_cast<std::uint32_t>(std::clamp(kTrialInstances / std::max(1.0, instances_), 10.0, 3000.0));
+}
+
+KinNursery::Stand KinNursery::growStand(const KinClasses& classes, double weight, std::uint32_t trials) const
+{
+    Stand stand;
+    KinSimulation simulation(limbs_, classes, draws_, anchors_);
+    const auto most = static_cast<std::uint32_t>(std::min(4e9, 1.5 * mostSegments_));
+    std::vector<LabelledTree> shapes;
+    SimulatedTree tree;
+    for (std::uint32_t i = 0; i < trials; ++i)
+    {
+        simulation.grow(trialSeed(i), weight, most, tree);
+        stand.samples.push_back({tree.segments, tree.depth, tree.topology, tree.whole});
+        shapes.push_back(tree.whole ? std::move(tree.shape) : LabelledTree{});
+    }
+    stand.window = windowFor(stand.samples);
+    for (std::size_t i = 0; i < shapes.size(); ++i)
+        if (accepts(stand.window, stand.samples[i]))
+            stand.accepted.push_back(std::move(shapes[i]));
+    return stand;
+}
+
 /// The median over neighbours: exact distances of small trees; of large ones what pq-grams say, as `compare` does; and
-/// between, where pq-grams are too low and laying trees over each other is too high, the geometric mean of both, which
-/// is within 0.07 of the exact distance of most trees of 65 to 1,000 instances.
+/// between, where pq-grams are too low and laying trees over each other is too high, the geometric mean of both.
 double KinNursery::differenceOf(const std::vector<LabelledTree>& shapes) const
 {
-    constexpr double kFewInstances = 40;
-    constexpr double kManyInstances = 2000;
     constexpr std::size_t kMostShapes = 200;
     const std::size_t count = std::min(shapes.size(), kMostShapes);
     std::vector<PqGrams> grams;
@@ -144,44 +176,52 @@ double KinNursery::differenceOf(const std::vector<LabelledTree>& shapes) const
                 instances_ > kManyInstances ? low : std::sqrt(low * overlaidDistance(shapes[i - 1], shapes[i])));
         }
     }
-    if (distances.empty())
-        return 0;
-    std::ranges::sort(distances);
-    return distances[distances.size() / 2];
+    return medianOf(std::move(distances));
+}
+
+/// What the estimate of trees that are neither small nor large must be multiplied by: from the exact distances of some
+/// pairs, if there is time for enough of them to tell. How far it is off depends on the tree more than on the weight.
+double KinNursery::distanceScaleAt(const KinTrial& trial) const
+{
+    constexpr double kBudget = 2e6; ///< Products of sizes: some tenths of a second.
+    constexpr double kFewestPairs = 3;
+    constexpr double kMostPairs = 12;
+    const double pairs = std::min(kBudget / (instances_ * instances_), kMostPairs);
+    if (instances_ <= kFewInstances || pairs < kFewestPairs)
+        return 1;
+    std::vector<LabelledTree> shapes = growStand(trial.classes, trial.classes.weight, trials()).accepted;
+    shapes.resize(std::min(shapes.size(), static_cast<std::size_t>(pairs) + 1));
+    std::vector<double> exact;
+    for (std::size_t i = 1; i < shapes.size(); ++i)
+        exact.push_back(normalisedEditDistance(shapes[i - 1], shapes[i]));
+    const double estimated = differenceOf(shapes);
+    return exact.empty() || estimated <= 0 ? 1 : std::clamp(medianOf(std::move(exact)) / estimated, 0.25, 2.0);
+}
+
+Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight, double distanceScale) const
+{
+    if (progress_.wantsStop())
+        return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
+    Stand stand = growStand(classes, weight, trials());
+    KinTrial trial;
+    trial.classes = std::move(classes);
+    trial.classes.weight = weight;
+    std::vector<std::uint64_t> topologies;
+    for (const Sample& sample : stand.samples)
+        if (accepts(stand.window, sample))
+            topologies.push_back(sample.topology);
+    trial.accepted = static_cast<double>(topologies.size()) / static_cast<double>(stand.samples.size());
+    trial.equal = shareOfEqualPairs(std::move(topologies));
+    trial.difference = distanceScale * differenceOf(stand.accepted);
+    trial.window = std::move(stand.window);
+    return trial;
 }
 
 Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
 {
-    if (progress_.wantsStop())
-        return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
-    KinTrial trial;
-    trial.classes = std::move(classes);
-    trial.classes.weight = weight;
-    KinSimulation simulation(limbs_, trial.classes, draws_, anchors_);
-    const auto trials =
-        static_cast<std::uint32_t>(std::clamp(kTrialInstances / std::max(1.0, instances_), 10.0, 3000.0));
-    std::vector<Sample> samples;
-    std::vector<LabelledTree> shapes;
-    SimulatedTree tree;
-    const auto most = static_cast<std::uint32_t>(std::min(4e9, 1.5 * mostSegments_));
-    for (std::uint32_t i = 0; i < trials; ++i)
-    {
-        simulation.grow(trialSeed(i), weight, most, tree);
-        samples.push_back({tree.segments, tree.depth, tree.topology, tree.whole});
-        shapes.push_back(std::move(tree.shape));
-    }
-    trial.window = windowFor(samples);
-    std::vector<std::uint64_t> topologies; // of the accepted
-    for (std::size_t i = 0; i < samples.size(); ++i)
-        if (accepts(trial.window, samples[i]))
-        {
-            std::swap(shapes[topologies.size()], shapes[i]);
-            topologies.push_back(samples[i].topology);
-        }
-    shapes.resize(topologies.size());
-    trial.accepted = static_cast<double>(topologies.size()) / trials;
-    trial.equal = shareOfEqualPairs(std::move(topologies));
-    trial.difference = differenceOf(shapes);
+    auto trial = tryOut(std::move(classes), weight, 1);
+    if (trial)
+        trial->difference *= distanceScaleAt(*trial);
     return trial;
 }
 
@@ -190,13 +230,12 @@ Expected<KinTrial> KinNursery::tryOut(const KinLevel& level, double weight) cons
     return tryOut(classify(limbs_, level, segments_), weight);
 }
 
-Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const
+/// Differences rise with the weight and acceptance falls, within noise: the trials of all weights grow from the same
+/// seeds. Of large trees few are accepted at weight 1, too few to tell differences.
+Expected<KinTrial> KinNursery::bisect(const KinClasses& classes, double distanceScale) const
 {
-    const KinClasses classes = classify(limbs_, level, segments_);
-    // Differences rise with the weight and acceptance falls, within noise: the trials of all weights grow from the same
-    // seeds. Of large trees few are accepted at weight 1, too few to tell differences.
     const auto tooFew = [](const KinTrial& trial) { return trial.accepted < kLeastAccepted; };
-    auto best = tryOut(classes, 1.0);
+    auto best = tryOut(classes, 1.0, distanceScale);
     if (!best || (best->difference < kLeastDifference && !tooFew(*best)))
         return best;
     int low = 0;    // hundredths: too small a weight
@@ -204,13 +243,32 @@ Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const
     while (high - low > 1)
     {
         const int middle = (low + high) / 2;
-        auto trial = tryOut(classes, 0.01 * middle);
+        auto trial = tryOut(classes, middle / 100.0, distanceScale);
         if (!trial)
             return trial;
         const bool enough = trial->difference >= kWantedDifference && trial->equal <= kMostEqual;
         (enough || tooFew(*trial) ? high : low) = middle;
         if ((enough && !tooFew(*trial)) || scoreOf(*trial) > scoreOf(*best))
             best = std::move(trial);
+    }
+    return best;
+}
+
+Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const
+{
+    constexpr int kMostRounds = 3;
+    constexpr double kNear = 0.02;
+    const KinClasses classes = classify(limbs_, level, segments_);
+    double scale = 1;
+    auto best = bisect(classes, scale);
+    for (int round = 0; round < kMostRounds && best && best->accepted > 0; ++round)
+    {
+        const double before = scale;
+        scale = distanceScaleAt(*best);
+        best->difference *= scale / before;
+        if (std::abs(scale - before) < kNear * before || std::abs(best->difference - kWantedDifference) < kNear)
+            break;
+        best = bisect(classes, scale);
     }
     return best;
 }

@@ -59,7 +59,19 @@ private:
 
     [[nodiscard]] bool accepts(const GrowthWindow& window, const Sample& sample) const;
     [[nodiscard]] GrowthWindow windowFor(const std::vector<Sample>& samples) const;
+    /// The accepted of all attempts, and what is seen of the others.
+    struct Stand
+    {
+        std::vector<Sample> samples;
+        std::vector<LabelledTree> accepted;
+        GrowthWindow window;
+    };
+    [[nodiscard]] Stand growStand(const KinClasses& classes, double weight, std::uint32_t trials) const;
+    [[nodiscard]] Expected<KinTrial> tryOut(KinClasses classes, double weight, double distanceScale) const;
+    [[nodiscard]] Expected<KinTrial> bisect(const KinClasses& classes, double distanceScale) const;
     [[nodiscard]] double differenceOf(const std::vector<LabelledTree>& shapes) const;
+    [[nodiscard]] double distanceScaleAt(const KinTrial& trial) const;
+    [[nodiscard]] std::uint32_t trials() const;
 
     const LimbTable& limbs_;
     const std::vector<std::uint32_t>& draws_;
