@@ -117,7 +117,7 @@ void addFit(CLI::App& app)
         ->capture_default_str();
     verb->add_option("--tolerance", command->tolerance,
                      "Metres that the archetype may lie from the skeleton; 0 keeps every point; default: 2 % of the "
-                     "mean length between branch points")
+                     "mean length between branch points, or less")
         ->check(CLI::NonNegativeNumber);
     verb->add_option("--scale", command->scale,
                      "Metres per unit of the file. Neurons are in micrometres: 1 makes a metre of each, 0.01 a tree of "

@@ -229,9 +229,17 @@ private:
     {
         Piece piece;
         piece.kind = Piece::Kind::Joint;
-        piece.anchors = TemplateChoice::capped(branches.count);
+        // More than there are letters go on joints of their own, as full as they can be, so that brackets do not nest
+        // deeply.
+        std::uint32_t share = 1;
+        while (std::uint64_t{share} * kMostAnchors < branches.count)
+            share *= kMostAnchors;
+        piece.anchors = (branches.count + share - 1) / share;
         const std::uint32_t index = add(piece, branches.parent, branches.anchor);
-        hang(index, branches.first, branches.count);
+        if (share == 1)
+            return hang(index, branches.first, branches.count);
+        for (std::uint32_t i = piece.anchors; i-- > 0;)
+            pending_.push_back({branches.first + i * share, std::min(share, branches.count - i * share), index, i});
     }
 
     /// The child that continues at the last anchor, the others from A on. Where there are more than letters, the last
@@ -817,6 +825,16 @@ double sizeOf(const FitPaths& paths)
     return size;
 }
 
+double usualTolerance(const FitPaths& paths, double size)
+{
+    double total = 0;
+    for (const Internode& internode : paths.internodes)
+        total += internode.length;
+    const double internode = total / static_cast<double>(paths.internodes.size());
+    const double segment = total / static_cast<double>(paths.segments);
+    return significant(std::min({0.02 * internode, 0.5 * segment, 0.002 * size}), 3);
+}
+
 std::uint32_t depthOf(const Archetype& archetype)
 {
     std::uint32_t most = 0;
@@ -858,12 +876,8 @@ Expected<FittedArchetype> fitArchetype(const Skeleton& skeleton, const FitSettin
                        "at least two points in different places, one the parent of the other");
     FittedArchetype result;
     FitReport& report = result.report;
-    double total = 0;
-    for (const Internode& internode : paths.internodes)
-        total += internode.length;
-    report.tolerance =
-        settings.tolerance.value_or(significant(0.02 * total / static_cast<double>(paths.internodes.size()), 3));
     report.size = sizeOf(paths);
+    report.tolerance = settings.tolerance.value_or(usualTolerance(paths, report.size));
 
     std::vector<std::vector<std::uint32_t>> needed;
     needed.reserve(paths.internodes.size());

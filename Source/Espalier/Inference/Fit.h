@@ -14,11 +14,13 @@ namespace espalier {
 struct FitSettings
 {
     /// Metres: how far the archetype may lie from the skeleton anywhere, [0, inf). Larger leaves out more points of
-    /// bent branches. 0 keeps every point. Default: 2 % of the mean length between two branch points.
+    /// bent branches. 0 keeps every point. Default: 2 % of the mean length between two branch points, but at most
+    /// half the mean length of a segment and 0.2 % of the size.
     std::optional<double> tolerance{};
 
-    /// At most so many templates, [1, 1024], apart from those for forks at the base and of more than 24 branches. More
-    /// give bent pieces that recur a template of their own, fewer let a template with an anchor more stand in.
+    /// At most so many templates, [1, 1024], apart from the joints at a base with several branches and at points with
+    /// more than 24. More give bent pieces that recur a template of their own; fewer let one with an anchor more stand
+    /// in.
     std::uint32_t templates = 24;
 
     std::string libraryName = "fitted.templates"; ///< Archetype::libraryName.
@@ -62,7 +64,8 @@ struct FittedArchetype
 ///
 /// Segments that start away from their parent's end are led there by a piece. Segments without a length are left out.
 /// Each place where the skeleton begins gives a tree of its own, moved to the origin; several branches that begin in
-/// one place are one tree. Widths are not kept: an archetype has none, the pipe model gives them.
+/// one place are one tree, on a joint: a template that draws nothing. Where there are more branches than letters, the
+/// last side anchor has a joint with the others. Widths are not kept: an archetype has none, the pipe model gives them.
 ///
 /// The report measures what ArchetypeDrawer draws: from each point of the skeleton to its piece of the drawing, and
 /// from each end of a drawn segment to its piece of the skeleton; branch points and tips to what stands for them.
