@@ -17,7 +17,7 @@ constexpr double kLargestId = 9007199254740992.0; ///< Up to here a double tells
 
 bool isBlank(char c)
 {
-    return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f' || c == ',';
+    return c == ' ' || c == '\t' || c == '\r' || c == '\v' || c == '\f';
 }
 
 /// Bytes of a file as a message can show them, whatever their encoding.

@@ -629,8 +629,10 @@ private:
             transform.rotation = degreesOf(math::atan2(l, h));
             return transform;
         }
-        transform.rotation = degreesOf(math::atan2(std::sqrt(l * l + u * u), h));
-        if (transform.rotation >= kStraight && transform.rotation <= 180 - kStraight)
+        const double aside = std::sqrt(l * l + u * u);
+        transform.rotation = degreesOf(math::atan2(aside, h));
+        const bool isStraight = std::min(transform.rotation, 180 - transform.rotation) < kStraight;
+        if (!isStraight || aside > 0.25 * drift_)
             transform.roll = degreesOf(math::atan2(u, l));
         else
         {
@@ -753,8 +755,10 @@ std::optional<double> Placer::planeRoll(std::uint32_t tree) const
     if (!isFlat)
         return {};
     // Left is -X, up +Z; of the two ways into the plane the one that takes the smaller roll.
-    const double roll = degreesOf(math::atan2(farthest.z, -farthest.x));
-    return decimals(roll > 90 ? roll - 180 : roll <= -90 ? roll + 180 : roll, 1e3);
+    double roll = degreesOf(math::atan2(farthest.z, -farthest.x));
+    roll = roll > 90 ? roll - 180 : roll <= -90 ? roll + 180 : roll;
+    const double shortened = decimals(roll, 1e3);
+    return std::abs(shortened - roll) * math::kRadiansPerDegree * std::sqrt(most) <= 0.25 * drift_ ? shortened : roll;
 }
 
 /// Draws the archetype and measures how far it is from the skeleton.
