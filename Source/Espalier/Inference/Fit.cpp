@@ -366,14 +366,14 @@ private:
         return kind == Piece::Kind::Straight ? name : name + "_bent" + std::to_string(++bentOf[anchors]);
     }
 
-    /// The median, shortened to three digits, so that most scalings are near 1; large enough for every scaling to be
-    /// within the limits of a file.
+    /// The median, shortened to six digits as scalings are, so that most of these are near 1; large enough for every
+    /// scaling to be within the limits of a file.
     static double unitOf(std::vector<double>& spans)
     {
         if (spans.empty())
             return 1;
         std::ranges::sort(spans);
-        return significant(std::max(spans[spans.size() / 2], spans.back() * 1e-4), 3);
+        return significant(std::max(spans[spans.size() / 2], spans.back() * 1e-4), 6);
     }
 
     static void bentWord(const FitPaths& paths, const std::vector<std::vector<std::uint32_t>>& needed,
@@ -424,22 +424,25 @@ private:
 class Snapper
 {
 public:
-    /// `gap`: up to here neighbours belong together; `width`: how far apart the outermost may be. Relative to the value
-    /// if `isRelative`.
-    Snapper(double gap, double width, bool isRelative) : gap_(gap), width_(width), isRelative_(isRelative) {}
+    /// Neighbours up to `gap` apart belong together, relative to the value if `isRelative`.
+    Snapper(double gap, bool isRelative) : gap_(gap), isRelative_(isRelative) {}
 
     void add(double value) { values_.push_back(value); }
 
     void finish()
     {
+        // Longer chains of neighbours are not one value with noise, but many: they are left as they are.
+        constexpr double kMostWidth = 5;
         std::ranges::sort(values_);
         for (std::size_t i = 0; i < values_.size();)
         {
+            const double gap = gap_ * unit(values_[i]);
             std::size_t end = i + 1;
-            while (end < values_.size() && values_[end] - values_[end - 1] <= gap_ * unit(values_[i]) &&
-                   values_[end] - values_[i] <= width_ * unit(values_[i]))
+            while (end < values_.size() && values_[end] - values_[end - 1] <= gap)
                 ++end;
-            groups_.push_back({values_[i], values_[end - 1], shortened(values_[i + (end - i) / 2])});
+            if (values_[end - 1] - values_[i] <= kMostWidth * gap)
+                groups_.push_back(
+                    {values_[i], values_[end - 1], simplest(values_[i], values_[i + (end - i) / 2], values_[end - 1])});
             i = end;
         }
         values_.clear();
@@ -447,7 +450,7 @@ public:
 
     [[nodiscard]] double operator()(double value) const
     {
-        const double margin = gap_ * unit(value);
+        const double margin = 0.5 * gap_ * unit(value);
         auto group = std::ranges::lower_bound(groups_, value - margin, {}, &Group::high);
         if (group != groups_.end() && group->low <= value + margin)
             return group->value;
@@ -460,12 +463,29 @@ private:
         double low, high, value;
     };
     [[nodiscard]] double unit(double value) const { return isRelative_ ? std::abs(value) : 1.0; }
-    [[nodiscard]] double shortened(double value) const
+    /// Near `middle`, with as few digits as there are numbers of between `low` and `high`.
+    [[nodiscard]] double simplest(double low, double middle, double high) const
     {
-        return isRelative_ ? significant(value, 5) : decimals(value, 1e3);
+        const double slack = isRelative_ ? 1e-7 * middle : 1e-5;
+        for (int digits = 0; digits < kDigits; ++digits)
+        {
+            const double value = rounded(middle, digits);
+            if (value >= low - slack && value <= high + slack)
+                return value;
+        }
+        return shortened(middle);
+    }
+    /// To ten-thousandths of a degree, or six digits.
+    [[nodiscard]] double shortened(double value) const { return rounded(value, kDigits); }
+    [[nodiscard]] double rounded(double value, int digits) const
+    {
+        constexpr std::array<double, kDigits + 1> kPowers = {1, 10, 100, 1000, 10000};
+        return isRelative_ ? significant(value, digits + 2)
+                           : decimals(value, kPowers[static_cast<std::size_t>(digits)]);
     }
 
-    double gap_, width_;
+    static constexpr int kDigits = 4;
+    double gap_;
     bool isRelative_;
     std::vector<double> values_;
     std::vector<Group> groups_;
@@ -475,9 +495,11 @@ private:
 class Placer
 {
 public:
-    Placer(const FitPaths& paths, const std::vector<Piece>& pieces, const Library& library, double drift)
+    Placer(const FitPaths& paths, const std::vector<Piece>& pieces, const Library& library, double size, double drift)
         : paths_(paths), pieces_(pieces), library_(library), drift_(drift), placed_(pieces.size()),
-          planes_(paths.trees.size())
+          planes_(paths.trees.size()), noise_(noiseOf(size)),
+          angles_(std::clamp(2 * degreesOf(noise_), 0.002, 0.02), false),
+          scalings_(std::clamp(noise_, 1e-5, 1e-3), true)
     {
         for (std::uint32_t tree = 0; tree < paths.trees.size(); ++tree)
             planes_[tree] = planeRoll(tree);
@@ -555,9 +577,9 @@ private:
         }
         // From where the drawing has come to, back to the skeleton.
         const InstanceTransform exact = transformTowards(index, start);
-        transform = {significant(exact.scaling, 8), decimals(exact.rotation, 1e4),
-                     piece.kind == Piece::Kind::Bent ? decimals(exact.branchingAngle, 1e4) : exact.branchingAngle,
-                     decimals(exact.roll, 1e4)};
+        transform = {significant(exact.scaling, 8), decimals(exact.rotation, 1e5),
+                     piece.kind == Piece::Kind::Bent ? decimals(exact.branchingAngle, 1e5) : exact.branchingAngle,
+                     decimals(exact.roll, 1e5)};
         end = draw(index, transform, start.frame, start.position);
         if (lengthOf(end.position - lineOf(piece).back()) > 0.25 * drift_)
         {
@@ -702,6 +724,23 @@ private:
         return {frame, frame, position};
     }
 
+    /// How much the last bits of coordinates in a plant of `size` change the directions of its short pieces: radians.
+    [[nodiscard]] double noiseOf(double size) const
+    {
+        std::vector<double> spans;
+        for (const Piece& piece : pieces_)
+        {
+            if (piece.kind == Piece::Kind::Joint)
+                continue;
+            const std::span<const DVec3> line = lineOf(piece);
+            spans.push_back(lengthOf(line.back() - line.front()));
+        }
+        const auto decile = spans.begin() + static_cast<std::ptrdiff_t>(spans.size() / 10);
+        std::nth_element(spans.begin(), decile, spans.end());
+        constexpr double kLastBits = 4 * 0x1p-23;
+        return kLastBits * size / *decile;
+    }
+
     /// If a tree lies in an upright plane, the roll at its base that turns left into the plane.
     [[nodiscard]] std::optional<double> planeRoll(std::uint32_t tree) const;
 
@@ -711,8 +750,9 @@ private:
     double drift_;
     std::vector<Placed> placed_;
     std::vector<std::optional<double>> planes_;
-    Snapper angles_{0.004, 0.02, false};
-    Snapper scalings_{2e-5, 2e-4, true};
+    double noise_;
+    Snapper angles_;
+    Snapper scalings_;
 };
 
 std::optional<double> Placer::planeRoll(std::uint32_t tree) const
@@ -892,7 +932,7 @@ Expected<FittedArchetype> fitArchetype(const Skeleton& skeleton, const FitSettin
     const std::vector<Piece> pieces = PieceLayout(paths, needed, clusters, choice).lay();
     const Library library(paths, needed, clusters, pieces);
     const double drift = std::max(kDriftShare * report.tolerance, 1e-6 * report.size);
-    const std::vector<InstanceTransform> transforms = Placer(paths, pieces, library, drift).place();
+    const std::vector<InstanceTransform> transforms = Placer(paths, pieces, library, report.size, drift).place();
 
     Archetype& archetype = result.archetype;
     archetype.libraryName = settings.libraryName;

@@ -184,14 +184,14 @@ TEST(Fit, AForkOfThreeSegments)
     samples::grow(skeleton, trunk, {0.5f, 0, 0}); // right, 90 degrees, shorter
     completeAxes(skeleton, {});
     const FittedArchetype fitted = fit(skeleton, {.libraryName = "y.templates"});
-    EXPECT_EQ(words(fitted.archetype), (std::vector<std::string>{"tip: F(1.41)", "fork2: F[A]Z"}));
+    EXPECT_EQ(words(fitted.archetype), (std::vector<std::string>{"tip: F(1.41421)", "fork2: F[A]Z"}));
     EXPECT_EQ(fitted.archetype.libraryName, "y.templates");
     ASSERT_EQ(fitted.archetype.instances.size(), 3u);
     const auto& [fork, side, on] =
         std::tie(fitted.archetype.instances[0], fitted.archetype.instances[1], fitted.archetype.instances[2]);
     EXPECT_EQ(fork.transform, (InstanceTransform{1, 0, 45, 0}));
     EXPECT_EQ(side.anchor, 0u);
-    EXPECT_EQ(side.transform, (InstanceTransform{0.35461, -90, 45, 0})) << "in a plane + and - are left and right";
+    EXPECT_EQ(side.transform, (InstanceTransform{0.353554, -90, 45, 0})) << "in a plane + and - are left and right";
     EXPECT_EQ(on.anchor, 1u) << "the longer branch goes on, at Z";
     EXPECT_EQ(on.transform.rotation, 45);
     EXPECT_EQ(fitted.report.segments, 3u);
