@@ -187,6 +187,25 @@ std::optional<std::uint32_t> findCycle(const PointTree& tree)
     return point;
 }
 
+namespace {
+
+/// The first root that something grows from.
+DVec3 originOf(const PointTree& tree, const std::vector<std::uint32_t>& order)
+{
+    DVec3 root(0);
+    for (const std::uint32_t point : order)
+    {
+        const std::uint32_t parent = tree.parents[point];
+        if (parent == kNoPoint)
+            root = tree.positions[point];
+        else if (tree.positions[point] != tree.positions[parent])
+            return root;
+    }
+    return order.empty() ? DVec3(0) : tree.positions[order[0]];
+}
+
+} // namespace
+
 Expected<ImportedSkeleton> skeletonOf(const PointTree& tree, const ImportSettings& settings, std::string_view file,
                                       const Limits& limits)
 {
@@ -194,8 +213,7 @@ Expected<ImportedSkeleton> skeletonOf(const PointTree& tree, const ImportSetting
     result.points = static_cast<std::uint32_t>(tree.positions.size());
     result.roots = static_cast<std::uint32_t>(std::ranges::count(tree.parents, kNoPoint));
     const std::vector<std::uint32_t> order = depthFirstOrder(tree);
-    if (!order.empty())
-        result.origin = tree.positions[order[0]];
+    result.origin = originOf(tree, order);
     SkeletonBuilder builder(tree, settings, result);
     for (const std::uint32_t point : order)
         if (auto done = builder.add(point, file, limits); !done)

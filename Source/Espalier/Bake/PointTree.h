@@ -28,7 +28,8 @@ struct ImportSettings
 /// A skeleton as a foreign file gave it.
 struct ImportedSkeleton
 {
-    /// With axes; its first root stands at the origin. Radii where the file has them (Skeleton::widthsGiven), else 0.
+    /// With axes; the first root that something grows from stands at the origin. Radii where the file has them
+    /// (Skeleton::widthsGiven), else 0.
     Skeleton skeleton;
     DVec3 origin{0};                  ///< Where that root stood in the file, in the file's units and axes.
     std::uint32_t points = 0;         ///< Samples or joints of the file.

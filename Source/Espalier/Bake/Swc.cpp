@@ -217,12 +217,13 @@ public:
     {
         head(comment);
         std::vector<std::uint32_t> pointOf(skeleton.size()); // that ends each segment
+        // Branches of one place share their root, if no other stands between them: so the order stays.
         struct Root
         {
-            std::uint32_t point;
-            float radius;
-        };
-        std::map<std::array<float, 3>, Root> roots; // by their place
+            std::uint32_t point = 0;
+            Vec3 position{0};
+            float radius = 0;
+        } root;
         for (std::uint32_t i = 0; i < skeleton.size(); ++i)
         {
             const Vec3& start = skeleton.starts[i];
@@ -239,12 +240,10 @@ public:
             }
             else
             {
-                const std::array<float, 3> place{start.x, start.y, start.z};
-                auto root = roots.find(place);
-                if (root == roots.end())
-                    root = roots.emplace(place, Root{point(start, radius, 0), radius}).first;
-                from = root->second.point;
-                thereRadius = root->second.radius;
+                if (root.point == 0 || root.position != start)
+                    root = {point(start, radius, 0), start, radius};
+                from = root.point;
+                thereRadius = root.radius;
             }
             if (start != there || radius != thereRadius)
                 from = point(start, radius, from);

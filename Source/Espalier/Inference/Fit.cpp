@@ -366,14 +366,15 @@ private:
         return kind == Piece::Kind::Straight ? name : name + "_bent" + std::to_string(++bentOf[anchors]);
     }
 
-    /// The median, shortened to six digits as scalings are, so that most of these are near 1; large enough for every
+    /// The median, shortened to six digits as scalings are, so that most of these are near 1; small enough for the
+    /// lengths of a word and large enough for every
     /// scaling to be within the limits of a file.
     static double unitOf(std::vector<double>& spans)
     {
         if (spans.empty())
             return 1;
         std::ranges::sort(spans);
-        return significant(std::max(spans[spans.size() / 2], spans.back() * 1e-4), 6);
+        return significant(std::min(std::max(spans[spans.size() / 2], spans.back() * 1e-4), 1e4), 6);
     }
 
     static void bentWord(const FitPaths& paths, const std::vector<std::vector<std::uint32_t>>& needed,

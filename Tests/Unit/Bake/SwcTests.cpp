@@ -112,6 +112,13 @@ TEST(Swc, ReadsPartsThatHangOnNothing)
     EXPECT_EQ(plant.skeleton.starts[1], Vec3(4, 0, 0));
 }
 
+TEST(Swc, APointAloneIsNoOrigin)
+{
+    const ImportedSkeleton plant = read("9 0 1 0 0 1 -1\n20 0 50 0 0 1 -1\n21 0 51 1 0 1 20\n");
+    EXPECT_EQ(plant.origin, DVec3(50, 0, 0));
+    EXPECT_EQ(plant.skeleton.starts, std::vector<Vec3>{Vec3(0)});
+}
+
 TEST(Swc, ASomaOfThreePointsIsOne)
 {
     const ImportedSkeleton plant =
