@@ -367,8 +367,7 @@ private:
     }
 
     /// The median, shortened to six digits as scalings are, so that most of these are near 1; small enough for the
-    /// lengths of a word and large enough for every
-    /// scaling to be within the limits of a file.
+    /// lengths of a word, and large enough for the scalings, to be within the limits of a file.
     static double unitOf(std::vector<double>& spans)
     {
         if (spans.empty())

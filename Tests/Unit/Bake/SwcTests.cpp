@@ -231,6 +231,14 @@ TEST(Swc, AMoveComesBackAsASegment)
     EXPECT_EQ(again.ends[1], Vec3(0, 2, 0));
 }
 
+TEST(Swc, RootsInOnePlaceKeepTheirOrder)
+{
+    const Skeleton plant =
+        read("1 2 0 0 0 1 -1\n2 2 0 1 0 1 1\n3 2 5 0 0 1 -1\n4 2 5 1 0 1 3\n5 2 0 0 0 2 -1\n6 2 1 0 0 1 5\n").skeleton;
+    ASSERT_EQ(plant.size(), 3u);
+    expectSameGeometry(read(printSwc(plant, "")).skeleton, plant);
+}
+
 TEST(Swc, TheHeadSaysWhereItCameFrom)
 {
     Skeleton skeleton;

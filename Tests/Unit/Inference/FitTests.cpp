@@ -435,6 +435,16 @@ TEST(Fit, SizeDoesNotMatter)
     }
 }
 
+TEST(Fit, PiecesLongerThanATemplatesLengthMayBe)
+{
+    Skeleton skeleton; // as far as coordinates reach, on the diagonal
+    const std::uint32_t first = samples::grow(skeleton, kNoSegment, {99000, 99000, 50});
+    samples::grow(skeleton, first, {-99000, 0, 50});
+    samples::grow(skeleton, first, {0.5f, 0.5f, 0});
+    completeAxes(skeleton, {});
+    expectTrueReport(skeleton, fit(skeleton));
+}
+
 TEST(Fit, LongChainsNestWithoutACallStackAndReadBack)
 {
     const Skeleton skeleton = helix(20000);
