@@ -62,6 +62,8 @@ void tell(const ImportedSkeleton& imported, const FitReport& report)
               << " instances of " << report.templates << " templates, nested " << report.depth << " deep\n"
               << "  distance: at most " << report.largestDistance << " m, " << report.meanDistance
               << " m in the mean; tolerance " << report.tolerance << " m, size " << report.size << " m\n";
+    if (report.largestDistance > report.tolerance)
+        std::cout << "  note: coordinates have 24 bits; nearer than this the tolerance cannot be kept\n";
     if (imported.origin != DVec3(0))
         std::cout << "  moved: the root from (" << imported.origin.x << ", " << imported.origin.y << ", "
                   << imported.origin.z << ") of the file to the origin\n";

@@ -931,7 +931,8 @@ Expected<FittedArchetype> fitArchetype(const Skeleton& skeleton, const FitSettin
     const TemplateChoice choice(paths, needed, clusters, settings.templates);
     const std::vector<Piece> pieces = PieceLayout(paths, needed, clusters, choice).lay();
     const Library library(paths, needed, clusters, pieces);
-    const double drift = std::max(kDriftShare * report.tolerance, 1e-6 * report.size);
+    constexpr double kLastBit = 0x1p-23; // of coordinates, over the size: nearer than that nothing is drawn
+    const double drift = std::max(kDriftShare * report.tolerance, kLastBit * report.size);
     const std::vector<InstanceTransform> transforms = Placer(paths, pieces, library, report.size, drift).place();
 
     Archetype& archetype = result.archetype;

@@ -14,8 +14,9 @@ namespace espalier {
 struct FitSettings
 {
     /// Metres: how far the archetype may lie from the skeleton anywhere, [0, inf). Larger leaves out more points of
-    /// bent branches. 0 keeps every point. Default: 2 % of the mean length between two branch points, but at most
-    /// half the mean length of a segment and 0.2 % of the size.
+    /// bent branches; 0 keeps every point. Coordinates are floats, so some 1e-7 of the size remain whatever it is.
+    /// Default: 2 % of the mean length between two branch points, but at most half the mean length of a segment and
+    /// 0.2 % of the size.
     std::optional<double> tolerance{};
 
     /// At most so many templates, [1, 1024], apart from the joints at a base with several branches and at points with
