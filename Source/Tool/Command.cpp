@@ -86,7 +86,7 @@ Archetype TemplateFolders::load(const std::filesystem::path& path) const
          {program.parent_path() / "../share/espalier/Templates", std::filesystem::path(ESPALIER_SOURCE_TEMPLATES)})
         if (std::filesystem::is_directory(candidate, ignored))
             search.templates.push_back(candidate.lexically_normal());
-    return orFail(loadArchetype(path, search));
+    return orFail(loadArchetype(path, search, authoringLimits()));
 }
 
 Species loadSpeciesFile(const std::filesystem::path& path)

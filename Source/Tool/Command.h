@@ -111,6 +111,7 @@ void addIterations(CLI::App& verb, std::optional<std::uint32_t>& iterations);
 void addCheck(CLI::App& app);
 void addCompare(CLI::App& app);
 void addDerive(CLI::App& app);
+void addFit(CLI::App& app);
 void addInfer(CLI::App& app);
 void addGrammar(CLI::App& app);
 void addGrow(CLI::App& app);

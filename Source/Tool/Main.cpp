@@ -16,6 +16,7 @@ int main(int argc, char** argv)
     app.set_version_flag("--version", "espalier " ESPALIER_VERSION);
     addDerive(app);
     addCheck(app);
+    addFit(app);
     addInfer(app);
     addCompare(app);
     addGrammar(app);
@@ -29,7 +30,7 @@ int main(int argc, char** argv)
         const auto isNamed = [&](const CLI::App* verb) { return verb->get_name() == argv[1]; };
         if (argc > 1 && argv[1][0] != '-' && std::ranges::none_of(verbs, isNamed))
             failUsage("espalier: there is no verb " + std::string(argv[1]) +
-                      "; expected derive, check, infer, grammar, grow, measure, overlap or render");
+                      "; expected derive, check, fit, infer, grammar, grow, measure, overlap or render");
         app.parse(argc, argv);
     }
     catch (const CLI::ParseError& error)

@@ -143,6 +143,56 @@ expect "nothing drawn, and why" 3 "nothing is drawn after 0 steps" "$espalier" r
 expect "nothing to bake, and why" 3 "nothing is drawn after 0 steps" "$espalier" grow plant.lsys -n 0 -o no.glb
 expect "a sheet leaves out what is empty" 0 "seed 1 is left out" "$espalier" render plant.lsys -n 0..1 --sheet --samples 1 --width 64 --height 64 -o s.png
 
+# Any skeleton becomes an archetype: what a grammar draws, a traced root, bones.
+data=$(dirname "${BASH_SOURCE[0]}")/Data
+near() # TITLE FILE EXPECTED: the largest distance that `fit --json` left in FILE is at most EXPECTED metres
+{
+    awk -F': *' -v most="$3" '/"largestDistance"/ { found = 1; sub(",", "", $2); if ($2 + 0 > most + 0) exit 1 }
+        END { if (!found) exit 1 }' "$2" && return
+    printf 'FAILED %s: farther than %s m\n' "$1" "$3"
+    failures=$((failures + 1))
+}
+for tree in TernaryTree:0.001:9841 Shrub:0.001:1742 Abop2-6a:0.001:1023 Fern:0.003:516; do
+    IFS=: read -r name most instances <<< "$tree"
+    expect "the skeleton of $name" 0 "$name.swc" "$espalier" grow "$content/Grammars/$name.lsys" --seed 1 --skeleton -o $name.swc
+    expect "$name is fitted" 0 "$name.archetype" "$espalier" fit $name.swc -o $name.archetype --json
+    "$espalier" fit $name.swc -o $name.archetype --json > $name.fit
+    near "$name is met" $name.fit "$most"
+    expect "$name in so many pieces" 0 "\"instances\": $instances" cat $name.fit
+    expect "$name drawn" 0 "\"instances\": $instances" "$espalier" measure $name.archetype --json
+    expect "$name inferred" 0 "" "$espalier" infer $name.archetype --merge-weight 0 -o $name.species
+    "$espalier" measure $name.archetype --json > drawn.json
+    "$espalier" measure $name.species --seed 5 --json | grep -v '"seed"' > grown.json
+    same "$name grown at weight 0 is what was fitted" drawn.json grown.json
+done
+expect "a range of skeletons" 0 "t-3.swc" "$espalier" grow TernaryTree.species --seed 2..3 -o t.swc
+expect "a skeleton says its species and seed" 0 "# species TernaryTree, seed 3" cat t-3.swc
+expect "a traced root" 0 '"internodes": 5' "$espalier" fit "$data/root.swc" -o root.archetype --json
+expect "the root reaches down" 0 '"minY": -0.4500' "$espalier" measure root.archetype --json
+expect "a root of centimetres, Z up" 0 "2 templates" "$espalier" fit "$data/root.swc" --scale 100 --up z --templates 2 -o z.archetype
+expect "every point" 0 '"instances": 8' "$espalier" fit "$data/root.swc" --tolerance 0 -o all.archetype --json
+expect "a coarse one" 0 '"instances": 5' "$espalier" fit "$data/root.swc" --tolerance 0.1 -o few.archetype --json
+expect "a root inferred" 0 "root.species" "$espalier" infer root.archetype -o root.species
+expect "a root grown" 0 "root.glb" "$espalier" grow root.species -o root.glb
+expect "bones" 0 '"segments": 5' "$espalier" fit "$data/bones.gltf" -o bones.archetype --json
+expect "bones stand where their transforms say" 0 '"maxRadius": 1.1180' "$espalier" measure bones.archetype --json
+expect "a mesh's nodes are no plant" 3 "no segment with a length" "$espalier" fit again.glb -o mesh.archetype
+{ printf '1 2 0 0 0 1 -1\n'; for ((i = 2; i <= 5000; ++i)); do printf '%d 2 %d.%d %d 0 1 %d\n' $i $((i % 2)) $((i % 7)) $i $((i - 1)); done; } > long.swc
+expect "a chain of thousands" 0 '"depth": 4999' timeout 20 "$espalier" fit long.swc --tolerance 0 -o long.archetype --json
+expect "a chain of thousands is read" 0 '"segments": 4999' timeout 20 "$espalier" measure long.archetype --json
+printf '1 2 0 0 0 1 2\n2 2 0 1 0 1 1\n' > cycle.swc
+printf '1 2 0 0 0 1 -1\n2 2 0 x 0 1 1\n' > word.swc
+printf 'old' > kept.archetype
+expect "a cycle" 3 "cycle.swc:1:13: the point 1 hangs on itself" "$espalier" fit cycle.swc -o kept.archetype
+expect "no number" 3 "word.swc:2:7: \`x\` is no number" "$espalier" fit word.swc -o kept.archetype
+expect "a failed fit leaves the output" 0 "old" cat kept.archetype
+expect "a broken glb" 3 "glTF" bash -c "head -c 16 again.glb > cut.glb; '$espalier' fit cut.glb -o kept.archetype"
+expect "a missing skeleton" 1 "none.swc" "$espalier" fit none.swc -o kept.archetype
+expect "no skeleton" 2 ".swc, .gltf or .glb" "$espalier" fit plant.lsys -o kept.archetype
+expect "an archetype ends so" 2 ".archetype" "$espalier" fit "$data/root.swc" -o root.txt
+expect "a skeleton ends in .swc" 2 ".swc" "$espalier" grow plant.lsys --skeleton -o plant.glb
+expect "a scale above none" 2 "--scale" "$espalier" fit "$data/root.swc" --scale 0 -o kept.archetype
+
 # What a grammar gets wrong has its place; what would explode is refused at once.
 printf 'axiom: A(1)\nA(x) -> F(1/(x-1))\n' > divide.lsys
 printf 'axiom: A\nA -> AA\n' > explode.lsys
@@ -190,8 +240,8 @@ printf '{"espalier":"archetype","version":1,"library":"../thesis.templates","tre
 printf '{"espalier":"archetype","version":2,"library":"thesis.templates","trees":[{"template":"VII"}]}' > newer.archetype
 printf '{"espalier":"archetype","version":1,"library":"thesis.templates","trees":[{"template":"I","children":{"Y":{"template":"I"}}}]}' > anchor.archetype
 printf '{"espalier":"archetype","version":1,"library":"thesis.templates","trees":[{"template":"I","children":{"X":null,"X":null}}]}' > twice.archetype
-head -c 100000 /dev/zero | tr '\0' '[' > nested.archetype
-truncate -s 100000000 large.archetype
+head -c 200000 /dev/zero | tr '\0' '[' > nested.archetype
+truncate -s 600000000 large.archetype
 printf old > out.species
 expect "empty" 3 "empty.archetype:1:1" "$espalier" infer empty.archetype -o out.species
 expect "truncated" 3 "truncated.archetype:" "$espalier" infer truncated.archetype -o out.species
@@ -203,8 +253,8 @@ expect "library outside" 3 "leaves the folders" "$espalier" infer leave.archetyp
 expect "newer version" 3 "version 2" "$espalier" infer newer.archetype -o out.species
 expect "no such anchor" 3 'no anchor "Y"' "$espalier" infer anchor.archetype -o out.species
 expect "two children at one anchor" 3 "second time" "$espalier" infer twice.archetype -o out.species
-expect "nested 100,000 deep" 3 "jsonDepth" "$espalier" infer nested.archetype -o out.species
-expect "100 MB" 3 "fileBytes" "$espalier" infer large.archetype -o out.species
+expect "nested 200,000 deep" 3 "jsonDepth" "$espalier" infer nested.archetype -o out.species
+expect "600 MB" 3 "fileBytes" "$espalier" infer large.archetype -o out.species
 expect "the earlier output stays" 0 "old" cat out.species
 
 # Anything else is 1.

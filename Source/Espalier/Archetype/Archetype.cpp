@@ -28,6 +28,16 @@ AnchorTable anchorsOf(const Archetype& archetype)
     return table;
 }
 
+Limits authoringLimits()
+{
+    Limits limits;
+    limits.fileBytes = std::size_t{512} << 20;
+    limits.jsonValues = 16u << 20; // a gigabyte; seven stand for an instance
+    limits.generations = 64u << 10;
+    limits.nodes = limits.inferredNodes;
+    return limits;
+}
+
 Expected<void> validate(const Archetype& archetype, const Limits& limits)
 {
     const auto fail = [](std::size_t instance, std::string what, std::string expected) {

@@ -60,6 +60,10 @@ struct AnchorTable
 /// not come before its child (which excludes cycles), a scaling that is not finite and positive, an angle out of range.
 [[nodiscard]] Expected<void> validate(const Archetype& archetype, const Limits& limits = {});
 
+/// Limits for tools, where a designer's own archetypes may be as large and deep as those that are fitted to traced
+/// plants: an unbranched root alone nests as deep as it has pieces.
+[[nodiscard]] Limits authoringLimits();
+
 /// Where template libraries are looked up.
 struct ArchetypeFolders
 {
@@ -80,6 +84,7 @@ struct ArchetypeFolders
 
 /// Writes the archetype atomically; its library is a file of its own (saveTemplates). Refuses what loadArchetype would:
 /// an archetype that is not valid or deeper than Limits::generations.
-[[nodiscard]] Expected<void> saveArchetype(const std::filesystem::path& path, const Archetype& archetype);
+[[nodiscard]] Expected<void> saveArchetype(const std::filesystem::path& path, const Archetype& archetype,
+                                           const Limits& limits = {});
 
 } // namespace espalier

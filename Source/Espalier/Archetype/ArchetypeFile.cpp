@@ -252,6 +252,9 @@ std::string printArchetype(const Archetype& archetype)
     std::string out = "{\n  \"espalier\": \"archetype\",\n  \"version\": " + std::to_string(kVersion) +
                       ",\n  \"library\": " + quoteJson(archetype.libraryName) + ",\n  \"trees\": [\n";
 
+    // Deeper down the text stops moving right: a chain of thousands would otherwise be a file of blanks.
+    constexpr std::size_t kMostIndent = 80;
+
     // A node, then its children behind it: a stack of instances, each with the next anchor to look at.
     struct Step
     {
@@ -295,7 +298,7 @@ std::string printArchetype(const Archetype& archetype)
             const std::uint32_t child = anchors.children[anchors.firstChild[step.instance] + step.anchor];
             out += hasChild.back() ? ",\n" : ", \"children\": {\n";
             hasChild.back() = true;
-            const std::size_t indent = step.indent + 2;
+            const std::size_t indent = std::min(step.indent + 2, kMostIndent);
             out.append(indent, ' ');
             out += "\"" + std::string(1, letters[step.anchor]) + "\": ";
             ++step.anchor;
@@ -308,9 +311,8 @@ std::string printArchetype(const Archetype& archetype)
     return out + "  ]\n}\n";
 }
 
-Expected<void> saveArchetype(const std::filesystem::path& path, const Archetype& archetype)
+Expected<void> saveArchetype(const std::filesystem::path& path, const Archetype& archetype, const Limits& limits)
 {
-    const Limits limits;
     if (auto done = validate(archetype, limits); !done)
         return done;
     // What is written must be readable.
