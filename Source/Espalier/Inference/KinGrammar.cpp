@@ -237,7 +237,7 @@ private:
     std::vector<std::string> names_;          ///< Of each class.
     std::string start_;
     std::vector<KinRule> rules_; ///< Of each production.
-    std::uint32_t weight_ = 0; ///< Index of the constant w.
+    std::uint32_t weight_ = 0;   ///< Index of the constant w.
 };
 
 } // namespace

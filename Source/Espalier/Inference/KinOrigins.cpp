@@ -88,8 +88,8 @@ Places placesOf(const Archetype& exemplars)
             else
             {
                 hash.value(places.hashes[instance.parent]);
-                hash.value(exemplars.library.templates[exemplars.instances[instance.parent].piece]
-                               .anchors[instance.anchor]);
+                hash.value(
+                    exemplars.library.templates[exemplars.instances[instance.parent].piece].anchors[instance.anchor]);
             }
             places.hashes[i] = hash.result();
             places.nodes[i] = {tree, node};
@@ -102,8 +102,8 @@ Places placesOf(const Archetype& exemplars)
 
 } // namespace
 
-std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbTable& limbs,
-                                  const Archetype& exemplars, const AnchorTable& anchors)
+std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbTable& limbs, const Archetype& exemplars,
+                                  const AnchorTable& anchors)
 {
     const TemplateLibrary& library = exemplars.library;
     const Places places = placesOf(exemplars);
@@ -127,9 +127,9 @@ std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbT
         const bool isStart = rule.part == KinRule::kStart;
         const std::uint32_t instance = isStart ? anchors.roots[tree++] : first[rule.limb];
         // An anchor goes by its letter, which says the same in another version of the template.
-        const std::uint32_t part =
-            rule.part < KinRule::kStart ? static_cast<std::uint32_t>(library.templates[limb.piece].anchors[rule.part])
-                                        : rule.part;
+        const std::uint32_t part = rule.part < KinRule::kStart
+                                       ? static_cast<std::uint32_t>(library.templates[limb.piece].anchors[rule.part])
+                                       : rule.part;
         Hash64 identity;
         identity.value(hashes[rule.limb]);
         identity.value(part);

@@ -33,6 +33,7 @@ struct Provenance
 {
     std::string method;     ///< The inference preset and its version, such as "kin 1"; empty for hand-written species.
     std::string archetypes; ///< Hash of what was drawn, 16 hex digits.
+    std::string grammar; ///< Identity of the grammar as inferred (identityOf), so that edits in the file are noticed.
     double mergeWeight = 0;
     double ruleWeight = 0;
     std::uint32_t exemplarSegments = 0; ///< Mean over the drawn trees.
@@ -86,8 +87,8 @@ struct Species
     Provenance provenance;
 
     // What authoring remembers of an inferred grammar (Inference/RuleEdits.h); growing does not read it.
-    std::vector<RuleOrigin> rules;      ///< Of each production of the grammar as inferred; empty: unknown.
-    std::optional<Grammar> inferred;    ///< The grammar as inferred, where people have edited `grammar`.
+    std::vector<RuleOrigin> rules;       ///< Of each production of the grammar as inferred; empty: unknown.
+    std::optional<Grammar> inferred;     ///< The grammar as inferred, where people have edited `grammar`.
     std::vector<EditConflict> conflicts; ///< Edits that the last inferences could not carry over.
 
     friend bool operator==(const Species&, const Species&) = default;
@@ -103,6 +104,9 @@ struct Species
 
 /// Writes atomically; refuses a species that could not be read back.
 [[nodiscard]] Expected<void> saveSpecies(const std::filesystem::path& path, const Species& species);
+
+/// Identity of a grammar: a hash of its text, 16 hex digits.
+[[nodiscard]] std::string identityOf(const Grammar& grammar);
 
 /// Identity of a species: a hash of its text.
 [[nodiscard]] std::uint64_t hashOf(const Species& species);

@@ -179,13 +179,14 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance)
 
 Expected<void> readProvenance(const Value& value, Provenance& provenance)
 {
-    if (auto done = value.requireObject("provenance", {"method", "archetypes", "mergeWeight", "ruleWeight",
+    if (auto done = value.requireObject("provenance", {"method", "archetypes", "grammar", "mergeWeight", "ruleWeight",
                                                        "exemplarSegments", "exemplarInstances", "note"});
         !done)
         return done;
     return Fields(value)
         .string("method", provenance.method)
         .string("archetypes", provenance.archetypes)
+        .string("grammar", provenance.grammar)
         .number("mergeWeight", provenance.mergeWeight, 0, 1)
         .number("ruleWeight", provenance.ruleWeight, 0, 1)
         .count("exemplarSegments", provenance.exemplarSegments, 0, 0xffffffffu)
@@ -319,8 +320,9 @@ Expected<void> readNodes(const Value& value, std::vector<DrawnNode>& nodes)
         DrawnNode node;
         if (nodes.size() == RuleOrigin::kMostNodes || !number(node.tree, nodes.empty() ? '\0' : ' ') ||
             !number(node.node, ':'))
-            return value.fail("these are no nodes", "at most " + std::to_string(RuleOrigin::kMostNodes) +
-                                                        " of the form tree:node with a blank between, such as \"0:3 0:7\"");
+            return value.fail("these are no nodes",
+                              "at most " + std::to_string(RuleOrigin::kMostNodes) +
+                                  " of the form tree:node with a blank between, such as \"0:3 0:7\"");
         nodes.push_back(node);
     }
     return {};
@@ -336,7 +338,8 @@ Expected<void> readRules(const Value& value, std::vector<RuleOrigin>& rules)
             return done;
         RuleOrigin rule;
         const auto hash = [&item](std::string_view role, std::uint64_t& field) {
-            return [role, &field](const Value& v) { return readHash(v, role).map([&](std::uint64_t h) { field = h; }); };
+            return
+                [role, &field](const Value& v) { return readHash(v, role).map([&](std::uint64_t h) { field = h; }); };
         };
         const auto done = Fields(item)
                               .count("count", rule.count, 0, 0xffffffffu)
@@ -468,9 +471,8 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
     const Value root = document->root();
     if (auto done = root.requireFormat("species", kVersion); !done)
         return tl::make_unexpected(done.error());
-    if (auto done = root.requireObject(
-            "a species", {"espalier", "version", "name", "grammar", "tables", "window", "appearance", "provenance",
-                          "rules", "inferred", "conflicts"});
+    if (auto done = root.requireObject("a species", {"espalier", "version", "name", "grammar", "tables", "window",
+                                                     "appearance", "provenance", "rules", "inferred", "conflicts"});
         !done)
         return tl::make_unexpected(done.error());
     if (const auto grammar = root.required("grammar", "the lines of a grammar"); !grammar)
@@ -486,8 +488,7 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
             .read("appearance", [&](const Value& v) { return readAppearance(v, species.appearance); })
             .read("provenance", [&](const Value& v) { return readProvenance(v, species.provenance); })
             .read("rules", [&](const Value& v) { return readRules(v, species.rules); })
-            .read("inferred",
-                  [&](const Value& v) { return readGrammar(v, file, limits, species.inferred.emplace()); })
+            .read("inferred", [&](const Value& v) { return readGrammar(v, file, limits, species.inferred.emplace()); })
             .read("conflicts", [&](const Value& v) { return readConflicts(v, species.conflicts); })
             .result();
     if (!done)
@@ -556,10 +557,10 @@ std::string printSpecies(const Species& species)
     out += "\n  },\n";
     const Provenance& p = species.provenance;
     out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
+           (p.grammar.empty() ? std::string() : ", \"grammar\": " + quoteJson(p.grammar)) +
            ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
            ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) +
-           ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) + ", \"note\": " + quoteJson(p.note) +
-           "}";
+           ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) + ", \"note\": " + quoteJson(p.note) + "}";
     printMemory(out, species);
     return out + "\n}\n";
 }
@@ -582,6 +583,13 @@ Expected<void> saveSpecies(const std::filesystem::path& path, const Species& spe
         return failure(ErrorKind::BadInput, {path.string(), 0, 0}, "the species would not read back as it is",
                        "names that its grammar's text can tell apart");
     return writeFileAtomically(path, text);
+}
+
+std::string identityOf(const Grammar& grammar)
+{
+    Hash64 hash;
+    hash.bytes(printGrammar(grammar));
+    return hexDigits(hash.result());
 }
 
 std::uint64_t hashOf(const Species& species)
