@@ -3,6 +3,7 @@
 #include <Espalier/Core/Json.h>
 #include <Espalier/Inference/Inference.h>
 #include <Espalier/Inference/RuleEdits.h>
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -80,14 +81,24 @@ std::optional<Species> formerSpecies(const InferOptions& options)
     return std::move(*former);
 }
 
+/// The beginning and the end of a rule: its symbol, and its weight and transform.
+std::string abridged(const std::string& rule)
+{
+    constexpr std::size_t kEnd = 48;
+    if (rule.size() <= 2 * kEnd)
+        return rule;
+    std::string end = rule.substr(rule.size() - kEnd);
+    return shortened(rule) + end.substr(std::min(end.find_first_of(" [+-"), end.size()));
+}
+
 /// Carries over what people did to the species as it was inferred before, and tells of it.
 void carry(const Species& former, Species& species, const std::string& path)
 {
     const CarriedEdits carried = carryEdits(former, species);
     for (const EditConflict& conflict : carried.conflicts)
         std::cerr << path << ": conflict: "
-                  << (conflict.edited.empty() ? "the removal of `" + shortened(conflict.inferred)
-                                              : "the edit `" + shortened(conflict.edited))
+                  << (conflict.edited.empty() ? "the removal of `" + abridged(conflict.inferred)
+                                              : "the edit `" + abridged(conflict.edited))
                   << "` is not carried over: " << conflict.reason
                   << "; the grammar has it as inferred: edit it again with `grammar --set`, or let it be with "
                      "`grammar --dismiss`\n";

@@ -80,11 +80,9 @@ std::vector<std::string> headOf(const Species& species)
     std::vector<std::string> head;
     if (p.method.empty())
         return head;
-    std::string name = species.name;
-    std::ranges::replace_if(
-        name, [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
-    head.push_back(name + ", inferred by " + p.method + " from trees of " + std::to_string(p.exemplarInstances) +
-                   " template instances and " + std::to_string(p.exemplarSegments) + " segments");
+    head.push_back(species.name + ", inferred by " + p.method + " from trees of " +
+                   std::to_string(p.exemplarInstances) + " template instances and " +
+                   std::to_string(p.exemplarSegments) + " segments");
     // Explained by what stands below: the first class that has several limbs.
     const Grammar& grammar = species.grammar;
     const auto rule = std::ranges::find_if(grammar.productions, [](const Production& production) {
@@ -93,9 +91,13 @@ std::vector<std::string> headOf(const Species& species)
     if (p.method.starts_with("kin ") && rule != grammar.productions.end())
     {
         const std::string& symbol = grammar.symbols.name(rule->predecessor);
+        const auto occupant = std::ranges::find_if(
+            grammar.longSymbols, [&](const std::string& name) { return name.starts_with(symbol + "_"); });
         head.push_back(symbol + "(1) is limb 1 of the class " + symbol + ": limbs of the template " + rule->table +
-                       " that may stand for each other. " + symbol +
-                       "_X(1), where there is one, hangs at its anchor X.");
+                       " that may stand for each other" +
+                       (occupant == grammar.longSymbols.end()
+                            ? std::string()
+                            : "; " + *occupant + "(1) is what hangs at its anchor " + occupant->back()));
         head.push_back("The rules of " + symbol +
                        "(i) say what its limbs look like. A weight (i==k)*(1-w)+w*c/n: where limb i "
                        "was drawn, it grows with");
@@ -109,6 +111,9 @@ std::vector<std::string> headOf(const Species& species)
     head.emplace_back(
         "Put an edited text back with `espalier grammar S.species --set THIS.lsys`; what was changed survives "
         "inferring again.");
+    for (std::string& line : head) // names come from files
+        std::ranges::replace_if(
+            line, [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
     return head;
 }
 
