@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Espalier/Core/Error.h>
+#include <Espalier/Species/Grow.h>
 #include <Espalier/Species/Species.h>
 #include <cstdint>
 #include <string>
@@ -61,7 +62,9 @@ struct CarriedEdits
 /// same drawing or a changed one, with the same options or others. A rule is known again by its limb, then by its
 /// place, whatever its number; a changed weight is carried as the factor by which it was changed; other changes are
 /// carried if inference did not change the same thing, and if what they name is still there. All else becomes a
-/// conflict: the rule is then as inferred. Both species must come from the same preset for this to make sense.
-[[nodiscard]] CarriedEdits carryEdits(const Species& before, Species& inferred);
+/// conflict: the rule is then as inferred. Both species must come from the same preset for
+/// this to make sense. What comes out grows its seed 1 within `trial`, or all edits are conflicts. Bark and palette,
+/// which nobody infers, are those of `before`.
+[[nodiscard]] CarriedEdits carryEdits(const Species& before, Species& inferred, const GrowOptions& trial = {});
 
 } // namespace espalier

@@ -338,7 +338,7 @@ std::optional<WeightFactors> weightFactors(const Grammar& base, const KinWeight&
         now.drawn = (valueAt(ours, edited, index, ourConstants) - now.kin * kin) / drawn;
         for (double* factor : {&now.kin, &now.drawn})
         {
-            *factor = std::round(*factor * 1e9) / 1e9;
+            *factor = std::round(*factor * 1e12) / 1e12; // 2, not 2.0000000000000004
             if (!(*factor >= 0 && *factor < 1e9))
                 return {};
         }
@@ -770,7 +770,7 @@ void eachLine(std::string_view text, Function&& function)
 }
 
 /// A grammar that grows and reads back as it is.
-Expected<void> tryOut(const Species& species)
+Expected<void> tryOut(const Species& species, const GrowOptions& trial)
 {
     Limits limits;
     limits.productions = limits.inferredNodes;
@@ -783,12 +783,12 @@ Expected<void> tryOut(const Species& species)
         return tl::make_unexpected(grower.error());
     GrowScratch scratch;
     Skeleton skeleton;
-    return grower->grow(Seed{1}, {}, scratch, skeleton);
+    return grower->grow(Seed{1}, trial, scratch, skeleton);
 }
 
 } // namespace
 
-CarriedEdits carryEdits(const Species& before, Species& inferred)
+CarriedEdits carryEdits(const Species& before, Species& inferred, const GrowOptions& trial)
 {
     CarriedEdits carried;
     // What is not inferred is somebody's, without being asked.
@@ -806,7 +806,7 @@ CarriedEdits carryEdits(const Species& before, Species& inferred)
         if (!(merged.grammar == inferred.grammar))
             merged.inferred = inferred.grammar;
         carried.conflicts = std::move(merge.conflicts);
-        if (const auto grows = tryOut(merged); !grows)
+        if (const auto grows = tryOut(merged, trial); !grows)
         {
             // Each edit by itself could be carried; which of them to leave out is for people to say.
             const std::string reason = "with all edits the grammar would not grow: " + grows.error().what;
@@ -825,10 +825,16 @@ CarriedEdits carryEdits(const Species& before, Species& inferred)
         }
         inferred = std::move(merged);
     }
+    // Each is told once, and only if it is news.
     inferred.conflicts = formerConflicts;
-    for (const EditConflict& conflict : carried.conflicts)
+    std::vector<EditConflict> found;
+    found.swap(carried.conflicts);
+    for (EditConflict& conflict : found)
         if (std::ranges::find(inferred.conflicts, conflict) == inferred.conflicts.end())
+        {
             inferred.conflicts.push_back(conflict);
+            carried.conflicts.push_back(std::move(conflict));
+        }
     const EditSummary summary = summarizeEdits(inferred);
     carried.edits = summary.edits();
     carried.locks = summary.locked;

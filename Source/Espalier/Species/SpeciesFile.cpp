@@ -337,7 +337,7 @@ Expected<void> readRules(const Value& value, std::vector<RuleOrigin>& rules)
         if (auto done = item.requireObject("a rule", {"count", "nodes", "limb", "place", "locked"}); !done)
             return done;
         RuleOrigin rule;
-        const auto hash = [&item](std::string_view role, std::uint64_t& field) {
+        const auto hash = [](std::string_view role, std::uint64_t& field) {
             return
                 [role, &field](const Value& v) { return readHash(v, role).map([&](std::uint64_t h) { field = h; }); };
         };

@@ -209,6 +209,7 @@ TEST(RuleEdits, CarryAWeightByItsFactorHoweverItIsWritten)
         {"(i==2)*(1-w)+w/2", "(i==1)*(1-w)+2*(w/3)"},
         {"(i==2)*(1-w)", "(i==1)*(1-w)+0*(w/3)"},
         {"w/4", "0*((i==1)*(1-w))+w/3"},
+        {"(i==2)*(1-w)+w/12", "(i==1)*(1-w)+0.333333333333*(w/3)"},
         {"0.125", "0.125"},
     };
     for (const Case& c : cases)
