@@ -66,6 +66,10 @@ std::optional<Species> formerSpecies(const InferOptions& options)
               {},
               advice,
               {options.output, 0, 0}});
+    if (former->provenance.grammar.empty())
+        std::cerr << options.output
+                  << ": written by an earlier version, which did not tell edits from what it inferred: they are "
+                     "overwritten\n";
     if (!knowsInferred(*former))
         fail({ErrorKind::BadInput,
               "its grammar was edited in the file itself, so inferring again cannot tell the edits",

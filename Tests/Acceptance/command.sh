@@ -118,6 +118,9 @@ printf '{"espalier":"species","version":1,"grammar":["axiom: F"]}' > hand.specie
 expect "a hand-written species is not overwritten" 3 "written by hand" "$espalier" infer Thesis.archetype -o hand.species
 sed 's/"let w = .*"/"let w = 0.5"/' Edited.species > inside.species
 expect "edits inside the file are not lost" 3 "edited in the file itself" "$espalier" infer Thesis.archetype -o inside.species
+sed '/"rules": \[/,/^  \]/d; s/"grammar": "[0-9a-f]*", //' before.species | sed 's/^\(  "provenance".*}\),$/\1/' > earlier.species
+expect "an earlier version's file grows" 0 '"segments"' "$espalier" measure earlier.species --json
+expect "and can be inferred again" 0 "written by an earlier version" "$espalier" infer Thesis.archetype -o earlier.species
 printf old > none.species
 expect "what is no species is not overwritten" 3 "no species that can be read" "$espalier" infer Thesis.archetype -o none.species
 expect "unless told" 0 "none.species: overwritten" "$espalier" infer Thesis.archetype --fresh -o none.species
