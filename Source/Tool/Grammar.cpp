@@ -1,6 +1,7 @@
 #include "Command.h"
 
 #include <Espalier/Core/File.h>
+#include <Espalier/Inference/RuleEdits.h>
 #include <Espalier/Species/Grow.h>
 #include <iostream>
 #include <memory>
@@ -13,27 +14,71 @@ struct GrammarOptions
 {
     std::string species;
     std::string edited;
+    std::vector<std::string> lock;
+    std::vector<std::string> unlock;
+    bool dismiss = false;
+    bool plain = false;
 };
 
-void grammar(const GrammarOptions& options)
+void set(Species& species, const GrammarOptions& options)
 {
-    Species species = loadSpeciesFile(options.species);
-    if (options.edited.empty())
-    {
-        std::cout << printGrammar(species.grammar);
-        return;
-    }
     Limits limits;
     limits.productions = limits.inferredNodes;
     limits.grammarParts = 2 * limits.inferredNodes;
     const std::string text = orFail(readTextFile(options.edited, limits.fileBytes));
-    species.grammar = orFail(parseGrammar(text, options.edited, limits));
+    Grammar edited = orFail(parseGrammar(text, options.edited, limits));
+    setGrammar(species, std::move(edited));
     // Named here, where the grammar's own lines are known; saving would name the species file's. Weights that cannot
     // be, such as a `let w = 7`, show when something grows.
     GrowScratch scratch;
-    orFailIn(options.edited, orFailIn(options.edited, Grower::make(species)).sample(Seed{1}, 0, {}, scratch));
+    Skeleton skeleton;
+    orFailIn(options.edited, orFailIn(options.edited, Grower::make(species)).grow(Seed{1}, {}, scratch, skeleton));
+}
+
+void lock(Species& species, const GrammarOptions& options)
+{
+    for (const auto& [names, locked] : {std::pair(&options.lock, true), std::pair(&options.unlock, false)})
+        for (const std::string& name : *names)
+            orFailIn(options.species, lockRules(species, name, locked));
+}
+
+std::string summary(const Species& species)
+{
+    const EditSummary edits = summarizeEdits(species);
+    const auto count = [](std::size_t number, const char* what) {
+        return std::to_string(number) + ' ' + what + (number == 1 ? "" : "s");
+    };
+    std::string text = count(species.grammar.productions.size(), "production");
+    if (species.provenance.method.empty())
+        return text;
+    text += ": " + std::to_string(edits.kept) + " kept, " + count(edits.weights, "weight") + " changed, " +
+            count(edits.changed, "rule") + " changed, " + std::to_string(edits.added) + " added, " +
+            std::to_string(edits.removed) + " removed";
+    if (edits.settings > 0)
+        text += ", " + count(edits.settings, "setting") + " changed";
+    if (edits.locked > 0)
+        text += "; " + std::to_string(edits.locked) + " locked";
+    if (!species.conflicts.empty())
+        text += "; " + count(species.conflicts.size(), "conflict") + " to settle";
+    return text;
+}
+
+void grammar(const GrammarOptions& options)
+{
+    Species species = loadSpeciesFile(options.species);
+    const bool changes = !options.edited.empty() || !options.lock.empty() || !options.unlock.empty() || options.dismiss;
+    if (!changes)
+    {
+        std::cout << (options.plain ? printGrammar(species.grammar) : printWithOrigins(species));
+        return;
+    }
+    if (!options.edited.empty())
+        set(species, options);
+    lock(species, options);
+    if (options.dismiss)
+        species.conflicts.clear();
     orFail(saveSpecies(options.species, species));
-    std::cout << options.species << ": " << species.grammar.productions.size() << " productions\n";
+    std::cout << options.species << ": " << summary(species) << '\n';
 }
 
 } // namespace
@@ -43,7 +88,16 @@ void addGrammar(CLI::App& app)
     const auto options = std::make_shared<GrammarOptions>();
     CLI::App* verb = app.add_subcommand("grammar", "Print a species' grammar as text, or put an edited one back");
     verb->add_option("species", options->species, "S.species")->required();
-    verb->add_option("--set", options->edited, "G.lsys: puts this grammar into the species, in place");
+    verb->add_option("--set", options->edited,
+                     "G.lsys: puts this grammar into the species, in place; what differs from the inferred one is an "
+                     "edit, which survives inferring again");
+    verb->add_option(
+        "--lock", options->lock,
+        "Rules that inferring again leaves as they are: of a symbol (Bough), of a limb (\"Bough(3)\"), or in a "
+        "line of what this prints (17)");
+    verb->add_option("--unlock", options->unlock, "Likewise: rules to infer again");
+    verb->add_flag("--dismiss", options->dismiss, "Forget the conflicts of edits that could not be carried over");
+    verb->add_flag("--plain", options->plain, "Print it without comments");
     verb->callback([options] { grammar(*options); });
 }
 

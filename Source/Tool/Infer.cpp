@@ -1,6 +1,9 @@
 #include "Command.h"
 
+#include <Espalier/Core/Json.h>
 #include <Espalier/Inference/Inference.h>
+#include <Espalier/Inference/RuleEdits.h>
+#include <algorithm>
 #include <cmath>
 #include <iostream>
 #include <memory>
@@ -18,8 +21,95 @@ struct InferOptions
     std::optional<double> ruleWeight;
     std::string name;
     bool trace = false;
+    bool fresh = false;
     TemplateFolders templates;
 };
+
+std::string count(std::size_t number, const std::string& what)
+{
+    return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+}
+
+/// The species that is about to be inferred again, if there is one. Nothing that somebody did is lost without a word.
+std::optional<Species> formerSpecies(const InferOptions& options)
+{
+    std::error_code ignored;
+    if (options.output.empty() || !std::filesystem::exists(options.output, ignored))
+        return {};
+    const std::string advice = "name another output, or say --fresh to overwrite it";
+    auto former = loadSpecies(options.output);
+    if (!former && options.fresh)
+    {
+        std::cerr << options.output << ": overwritten; it was no species that can be read\n";
+        return {};
+    }
+    if (!former)
+    {
+        Error error = former.error();
+        error.what = "this would be overwritten, and is no species that can be read: " + error.what;
+        error.advice = advice;
+        fail(error);
+    }
+    const EditSummary edits = summarizeEdits(*former);
+    const std::string held = count(edits.edits(), "edit") + ", " + count(edits.locked, "lock") + " and " +
+                             count(former->conflicts.size(), "conflict");
+    if (options.fresh)
+    {
+        if (hasEdits(*former))
+            std::cerr << options.output << ": dropped " << held << '\n';
+        return {};
+    }
+    const std::string& method = former->provenance.method;
+    if (method.empty())
+        fail({ErrorKind::BadInput,
+              "this would be overwritten, and was written by hand",
+              {},
+              advice,
+              {options.output, 0, 0}});
+    if (former->provenance.grammar.empty())
+        std::cerr << options.output
+                  << ": written by an earlier version, which did not tell edits from what it inferred: they are "
+                     "overwritten\n";
+    if (!knowsInferred(*former))
+        fail({ErrorKind::BadInput,
+              "its grammar was edited in the file itself, so inferring again cannot tell the edits",
+              "edits made with `grammar --set`",
+              "keep the text (`grammar > G.lsys`), infer with --fresh, and put the edits back with `grammar --set`",
+              {options.output, 0, 0}});
+    if (hasEdits(*former) && !method.starts_with(options.preset + " "))
+        fail({ErrorKind::BadInput,
+              "it holds " + held + " of what " + method + " inferred",
+              "the same preset, whose rules they can be carried to",
+              advice,
+              {options.output, 0, 0}});
+    return std::move(*former);
+}
+
+/// The beginning and the end of a rule: its symbol, and its weight and transform.
+std::string abridged(const std::string& rule)
+{
+    constexpr std::size_t kEnd = 48;
+    if (rule.size() <= 2 * kEnd)
+        return rule;
+    std::string end = rule.substr(rule.size() - kEnd);
+    return shortened(rule) + end.substr(std::min(end.find_first_of(" [+-"), end.size()));
+}
+
+/// Carries over what people did to the species as it was inferred before, and tells of it.
+void carry(const Species& former, Species& species, const std::string& path)
+{
+    const CarriedEdits carried = carryEdits(former, species);
+    for (const EditConflict& conflict : carried.conflicts)
+        std::cerr << path << ": conflict: "
+                  << (conflict.edited.empty() ? "the removal of `" + abridged(conflict.inferred)
+                                              : "the edit `" + abridged(conflict.edited))
+                  << "` is not carried over: " << conflict.reason
+                  << "; the grammar has it as inferred: edit it again with `grammar --set`, or let it be with "
+                     "`grammar --dismiss`\n";
+    if (hasEdits(species))
+        std::cout << path << ": " << count(carried.edits, "edit") << " and " << count(carried.locks, "lock")
+                  << " kept, " << count(species.conflicts.size(), "conflict") << " to settle\n";
+}
 
 void infer(const InferOptions& options)
 {
@@ -37,6 +127,7 @@ void infer(const InferOptions& options)
             failUsage(path + ": expected an .archetype file");
         archetypes.push_back(options.templates.load(path));
     }
+    const std::optional<Species> former = formerSpecies(options);
     InferenceOptions inference;
     inference.preset = options.preset;
     inference.mergeWeight = options.mergeWeight;
@@ -47,9 +138,11 @@ void infer(const InferOptions& options)
         inference.trace = [](std::string_view pass, const std::string& summary, const std::string& grammar) {
             std::cout << "# " << pass << ": " << summary << '\n' << grammar << '\n';
         };
-    const Species species = orFail(inferSpecies(archetypes, inference));
+    Species species = orFail(inferSpecies(archetypes, inference));
     if (options.output.empty())
         return;
+    if (former)
+        carry(*former, species, options.output);
     orFail(saveSpecies(options.output, species));
     if (!options.trace)
         std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances, "
@@ -79,6 +172,8 @@ void addInfer(CLI::App& app)
             "0..1. kin: how coarse the classes of kin are; default: chosen for the tree. helberg: w_l, default 0.5")
         ->check(CLI::Range(0.0, 1.0));
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
+    verb->add_flag("--fresh", options->fresh,
+                   "Overwrite S.species whatever it holds; else its edits and locks are carried over");
     verb->add_flag("--trace", options->trace, "Print the grammar after each pass");
     options->templates.addTo(*verb);
     verb->callback([options] { infer(*options); });

@@ -99,6 +99,45 @@ sed -i 's/^let w = .*/let w = /' edited.lsys
 expect "a broken grammar names its line" 3 "edited.lsys:" "$espalier" grammar Thesis.species --set edited.lsys
 same "a broken grammar changes nothing" Thesis.species before.species
 
+# Edits survive inferring again, whatever the dial says; what cannot be carried over is told and kept.
+rule='VIII(2) : (i==2)*(1-w)+w/4 : ~ III(2)'
+thesis=$content/Thesis.archetype
+cp "$thesis" "$repository/Templates/thesis.templates" .
+cp before.species Edited.species
+expect "rules know where they were drawn" 0 "$rule  # 1 drawn: 0:11" "$espalier" grammar Edited.species
+"$espalier" grammar Edited.species | sed 's/: (i==2)\*(1-w)+w\/4 : ~ III(2)/: 2*((i==2)*(1-w)+w\/4) : ~ III(2)/' > edited.lsys
+expect "a doubled weight" 0 "16 kept, 1 weight changed, 0 rules changed" "$espalier" grammar Edited.species --set edited.lsys
+expect "inferring again keeps it" 0 "1 edit and 0 locks kept" "$espalier" infer Thesis.archetype -o Edited.species
+expect "it is still doubled" 0 "2*((i==2)*(1-w)+w/4) : ~ III(2)  # 1 drawn: 0:11; edited" "$espalier" grammar Edited.species
+expect "on other settings too" 0 "1 edit and" "$espalier" infer Thesis.archetype --merge-weight 0.3 --rule-weight 0 -o Edited.species
+expect "under its new name" 0 "2*((i==1)*(1-w)+w/3) : ~ III(2)  # 1 drawn: 0:11; edited" "$espalier" grammar Edited.species
+expect "an edited species grows" 0 '"segments"' "$espalier" measure Edited.species --seed 1 --json
+expect "another preset cannot take edits" 3 "name another output, or say --fresh" \
+    "$espalier" infer Thesis.archetype --preset helberg -o Edited.species
+expect "a lock" 0 "1 locked" "$espalier" grammar Edited.species --lock "III2(0)"
+expect "a lock shows" 0 "; locked" "$espalier" grammar Edited.species
+expect "a lock on nothing" 3 'no inferred rule is called "IX"' "$espalier" grammar Edited.species --lock IX
+# The locked rule keeps its w/3, though its class has four limbs again: an edit of what is inferred.
+expect "back to the chosen settings" 0 "2 edits and 1 lock kept" "$espalier" infer Thesis.archetype -o Edited.species
+sed 's/{"template": "III", "scaling": 2,/{"template": "VI", "scaling": 2,/' Thesis.archetype > Less.archetype
+cp Edited.species Less.species
+expect "a conflict is told" 0 "is not carried over: what it stands for is no longer drawn" \
+    "$espalier" infer Less.archetype -o Less.species
+expect "conflicts are kept" 0 "# conflict: " "$espalier" grammar Less.species
+expect "conflicts are settled" 0 "productions: " "$espalier" grammar Less.species --dismiss
+expect "what is dropped is told" 0 "dropped 2 edits, 1 lock and 0 conflicts" "$espalier" infer Thesis.archetype --fresh -o Edited.species
+expect "dropped it is" 0 "17 kept, 0 weights changed" "$espalier" grammar Edited.species --dismiss
+printf '{"espalier":"species","version":1,"grammar":["axiom: F"]}' > hand.species
+expect "a hand-written species is not overwritten" 3 "written by hand" "$espalier" infer Thesis.archetype -o hand.species
+sed 's/"let w = .*"/"let w = 0.5"/' Edited.species > inside.species
+expect "edits inside the file are not lost" 3 "edited in the file itself" "$espalier" infer Thesis.archetype -o inside.species
+sed '/"rules": \[/,/^  \]/d; s/"grammar": "[0-9a-f]*", //' before.species | sed 's/^\(  "provenance".*}\),$/\1/' > earlier.species
+expect "an earlier version's file grows" 0 '"segments"' "$espalier" measure earlier.species --json
+expect "and can be inferred again" 0 "written by an earlier version" "$espalier" infer Thesis.archetype -o earlier.species
+printf old > none.species
+expect "what is no species is not overwritten" 3 "no species that can be read" "$espalier" infer Thesis.archetype -o none.species
+expect "unless told" 0 "none.species: overwritten" "$espalier" infer Thesis.archetype --fresh -o none.species
+
 # Grammars by themselves.
 cat > plant.lsys << 'EOF'
 angle: 25

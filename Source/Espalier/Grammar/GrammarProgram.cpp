@@ -372,7 +372,8 @@ void GrammarProgram::compileWord(const std::vector<Module>& modules, TextPlace p
     code_.words.push_back(word);
 }
 
-/// Recognises `(p == key) * bonus + base`, the weight of an inferred limb: "the drawn one, or with chance w any kin".
+/// Recognises `(p == key) * bonus + base`, the weight of an inferred limb: "the drawn one, or with chance w any kin";
+/// and multiples of the whole or of its parts, which people make of it.
 bool GrammarProgram::tabulateWeight(const Rule& rule, Tabulated& entry, double& base) const
 {
     const ExpressionPool& pool = grammar_.expressions;
@@ -381,15 +382,37 @@ bool GrammarProgram::tabulateWeight(const Rule& rule, Tabulated& entry, double& 
     base = rule.weight.value;
     if (rule.weight.isConstant())
         return base >= 0;
-    const ExpressionNode& sum = pool[sourceOf(rule).weight];
-    if (sum.op != ExpressionOp::Add || pool[sum.first].op != ExpressionOp::Multiply)
+    // What is left of an expression without the constants that multiply or divide it.
+    const auto withoutFactors = [&](ExpressionId id, double& factor) {
+        for (double constant = 1;;)
+        {
+            const ExpressionNode& node = pool[id];
+            if (node.op == ExpressionOp::Multiply && constantValue(node.second, constant))
+                factor *= constant;
+            else if (node.op == ExpressionOp::Divide && constantValue(node.second, constant))
+                factor /= constant;
+            else if (node.op == ExpressionOp::Multiply && constantValue(node.first, constant))
+            {
+                factor *= constant;
+                id = node.second;
+                continue;
+            }
+            else
+                return id;
+            id = node.first;
+        }
+    };
+    double factor = 1;
+    const ExpressionNode& sum = pool[withoutFactors(sourceOf(rule).weight, factor)];
+    if (sum.op != ExpressionOp::Add)
         return false;
-    const ExpressionNode& product = pool[sum.first];
-    const ExpressionNode& test = pool[product.first];
-    return test.op == ExpressionOp::Equal && pool[test.first].op == ExpressionOp::Parameter &&
-           pool[test.first].first == 0 && constantValue(test.second, entry.key) &&
-           constantValue(product.second, entry.bonus) && constantValue(sum.second, base) && entry.bonus >= 0 &&
-           base >= 0;
+    entry.bonus = factor;
+    const ExpressionNode& test = pool[withoutFactors(sum.first, entry.bonus)];
+    if (test.op != ExpressionOp::Equal || pool[test.first].op != ExpressionOp::Parameter ||
+        pool[test.first].first != 0 || !constantValue(test.second, entry.key) || !constantValue(sum.second, base))
+        return false;
+    base *= factor;
+    return entry.bonus >= 0 && base >= 0; // false where there is no number, as by a division by 0
 }
 
 void GrammarProgram::tabulate(Group& group)

@@ -7,6 +7,7 @@
 #include <Espalier/Inference/Comparison.h>
 #include <Espalier/Inference/InferenceContext.h>
 #include <Espalier/Inference/KinGrammar.h>
+#include <Espalier/Inference/KinNames.h>
 #include <Espalier/Inference/KinTrial.h>
 #include <Espalier/Species/Grow.h>
 
@@ -49,20 +50,23 @@ std::string describe(const KinLevel& level)
     return text + (level.anchors ? ", occupants of anchors too" : "");
 }
 
-/// The classes, each with its limbs, as rules without transforms: `D(3)` is limb 3 of class D.
+/// The classes, each with its limbs, as rules without transforms: `Bough(3)` is limb 3 of class Bough.
 std::string printKin(const InferenceContext& context)
 {
     const TemplateLibrary& library = context.exemplars.library;
     const LimbTable& limbs = context.limbs;
     const KinClasses& classes = context.classes;
-    const std::vector<std::string> names = nonterminalNames(classes.kin.size() + 1, symbolsUsed(library) + "FGf");
+    std::vector<std::uint32_t> pieces;
+    for (const std::vector<std::uint32_t>& kin : classes.kin)
+        pieces.push_back(limbs.limbs[kin[0]].piece);
+    const KinNames names = kinNames(library, pieces);
     DraftGrammar draft;
     std::vector<std::uint32_t> symbolOf(limbs.limbs.size());
     for (std::uint32_t c = 0; c < classes.kin.size(); ++c)
         for (std::uint32_t i = 0; i < classes.kin[c].size(); ++i)
         {
             symbolOf[classes.kin[c][i]] = static_cast<std::uint32_t>(draft.names.size());
-            draft.names.push_back(names[c + 1] + (classes.kin[c].size() > 1 ? "(" + std::to_string(i) + ")" : ""));
+            draft.names.push_back(names.classes[c] + (classes.kin[c].size() > 1 ? "(" + std::to_string(i) + ")" : ""));
         }
     return printDraft(limbRules(limbs, library, draft, symbolOf), library);
 }
@@ -75,8 +79,10 @@ Expected<void> shareIdenticalLimbs(InferenceContext& context)
     const LimbTable& limbs = context.limbs;
 
     DraftGrammar draft;
-    draft.names = nonterminalNames(limbs.limbs.size() + 1, symbolsUsed(context.exemplars.library) + "FGf");
-    draft.names.erase(draft.names.begin()); // S is not needed: a limb is named by its first letter
+    std::vector<std::uint32_t> pieces;
+    for (const Limb& limb : limbs.limbs)
+        pieces.push_back(limb.piece);
+    draft.names = kinNames(context.exemplars.library, pieces).classes;
     std::vector<std::uint32_t> symbolOf(limbs.limbs.size());
     std::iota(symbolOf.begin(), symbolOf.end(), 0u);
     context.summary = std::to_string(context.exemplars.instances.size()) + " instances are " +
@@ -92,7 +98,11 @@ namespace {
 Expected<void> writeKin(const InferenceContext& context, const KinClasses& classes, std::optional<GrowthWindow> window,
                         Species& species)
 {
-    writeKinGrammar(context.exemplars.library, context.limbs, classes, species);
+    const std::vector<KinRule> rules = writeKinGrammar(context.exemplars.library, context.limbs, classes, species);
+    // Of more rules than anybody reads, the origins would only swell the file.
+    constexpr std::size_t kMostOrigins = 16384;
+    if (rules.size() <= kMostOrigins)
+        species.rules = originsOf(rules, context.limbs, context.exemplars, context.anchors);
     species.provenance.exemplars = static_cast<std::uint32_t>(context.limbs.roots.size());
     if (classes.weight == 0)
         return {}; // where nothing may change, the drawn trees themselves are what is wanted

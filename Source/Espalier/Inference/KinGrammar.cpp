@@ -2,6 +2,7 @@
 
 #include <Espalier/Inference/Draft.h>
 #include <Espalier/Inference/GrammarWriter.h>
+#include <Espalier/Inference/KinNames.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -84,12 +85,15 @@ public:
                 indexInClass_[kin[i]] = i;
     }
 
-    void write(Species& species)
+    /// What each production stands for.
+    std::vector<KinRule> write(Species& species)
     {
-        // F, G and f stay the turtle's even where the library does not use them: a class called F is a riddle.
-        std::vector<std::string> names = nonterminalNames(classes_.kin.size() + 1, symbolsUsed(library_) + "FGf");
-        start_ = names[0];
-        names_.assign(names.begin() + 1, names.end());
+        std::vector<std::uint32_t> pieces;
+        for (const std::vector<std::uint32_t>& kin : classes_.kin)
+            pieces.push_back(limbs_.limbs[kin[0]].piece);
+        KinNames names = kinNames(library_, pieces);
+        start_ = std::move(names.start);
+        names_ = std::move(names.classes);
         for (const std::string& name : names_)
             if (name.size() > 1)
                 grammar_.longSymbols.push_back(name);
@@ -100,6 +104,7 @@ public:
             classProductions(c);
         species.grammar = std::move(grammar_);
         species.tables = std::move(transforms_.tables);
+        return std::move(rules_);
     }
 
 private:
@@ -120,13 +125,12 @@ private:
 
     void axiom()
     {
-        if (limbs_.roots.size() > 1 && start_.size() > 1)
-            grammar_.longSymbols.push_back(start_);
         if (limbs_.roots.size() == 1)
         {
             grammar_.axiom.push_back(moduleOf(limbs_.roots[0]));
             return;
         }
+        grammar_.longSymbols.push_back(start_);
         const SymbolId start = grammar_.symbols.intern(start_);
         grammar_.append(grammar_.axiom, start);
         for (const std::uint32_t root : limbs_.roots)
@@ -135,7 +139,7 @@ private:
             production.predecessor = start;
             production.successor.push_back(moduleOf(root));
             production.weight = grammar_.expressions.number(1);
-            grammar_.productions.push_back(std::move(production));
+            add(std::move(production), {root, KinRule::kStart});
         }
     }
 
@@ -183,7 +187,7 @@ private:
                                   transformUse(transforms_.tables[transforms_.tableOf[piece]]), children);
             weigh(production, limb);
             production.row = grammar_.expressions.number(transforms_.rowOf[limb]);
-            grammar_.productions.push_back(std::move(production));
+            add(std::move(production), {limb, KinRule::kWhole});
         }
         for (std::uint32_t a = 0; exchangesAnchors && a < shape.anchors.size(); ++a)
             if (everOccupied(kin, a))
@@ -202,7 +206,7 @@ private:
             if (const std::uint32_t child = occupant(limb, anchor); child != kNoInstance)
                 production.successor.push_back(moduleOf(child));
             weigh(production, limb);
-            grammar_.productions.push_back(std::move(production));
+            add(std::move(production), {limb, anchor});
         }
     }
 
@@ -214,10 +218,14 @@ private:
     {
         return std::ranges::any_of(kin, [&](std::uint32_t limb) { return occupant(limb, anchor) != kNoInstance; });
     }
-    /// Such as AX: the occupant of anchor X of class A.
     [[nodiscard]] std::string anchorName(std::uint32_t c, std::uint32_t anchor) const
     {
-        return names_[c] + library_.templates[limbs_.limbs[classes_.kin[c][0]].piece].anchors[anchor];
+        return occupantName(names_[c], library_.templates[limbs_.limbs[classes_.kin[c][0]].piece].anchors[anchor]);
+    }
+    void add(Production production, KinRule rule)
+    {
+        grammar_.productions.push_back(std::move(production));
+        rules_.push_back(rule);
     }
 
     const TemplateLibrary& library_;
@@ -228,15 +236,16 @@ private:
     std::vector<std::uint32_t> indexInClass_; ///< Of each limb.
     std::vector<std::string> names_;          ///< Of each class.
     std::string start_;
-    std::uint32_t weight_ = 0; ///< Index of the constant w.
+    std::vector<KinRule> rules_; ///< Of each production.
+    std::uint32_t weight_ = 0;   ///< Index of the constant w.
 };
 
 } // namespace
 
-void writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
-                     Species& species)
+std::vector<KinRule> writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
+                                     Species& species)
 {
-    KinGrammarWriter(library, limbs, classes).write(species);
+    return KinGrammarWriter(library, limbs, classes).write(species);
 }
 
 } // namespace espalier

@@ -3,13 +3,31 @@
 #include <Espalier/Archetype/Template.h>
 #include <Espalier/Inference/Limbs.h>
 #include <Espalier/Species/Species.h>
+#include <cstdint>
+#include <vector>
 
 namespace espalier {
 
+/// What a production of kin's grammar stands for: a limb, the occupant of one of its anchors, or one of several trees.
+struct KinRule
+{
+    static constexpr std::uint32_t kWhole = 0xffffffffu;
+    static constexpr std::uint32_t kStart = 0xfffffffeu; ///< One for each tree, in their order.
+
+    std::uint32_t limb = 0;
+    std::uint32_t part = kWhole; ///< kWhole, kStart or the number of an anchor.
+};
+
 /// Fills the grammar and the tables of `species` from a choice of classes and weight: one production for each distinct
 /// limb, weighted so that where limb k was drawn, limb k grows with chance 1 - w and any of its class, by occurrence,
-/// with chance w.
-void writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
-                     Species& species);
+/// with chance w. Classes are called after their templates (kinNames); the productions of a class stand together, in
+/// the order of its limbs, whose indices they bear. Returns what each production stands for.
+std::vector<KinRule> writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
+                                     Species& species);
+
+/// The origins of a grammar's rules in the drawn trees, for Species::rules. `exemplars` and `anchors` are what `limbs`
+/// was made of.
+[[nodiscard]] std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbTable& limbs,
+                                                const Archetype& exemplars, const AnchorTable& anchors);
 
 } // namespace espalier

@@ -103,6 +103,9 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
     }
     for (const std::uint32_t root : anchors.roots)
         table.roots.push_back(newNumber[limbOf[root]]);
+    for (std::uint32_t& limb : limbOf)
+        limb = newNumber[limb];
+    table.limbOf = std::move(limbOf);
     return table;
 }
 

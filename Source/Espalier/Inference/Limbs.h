@@ -24,6 +24,7 @@ struct LimbTable
     std::vector<Limb> limbs;
     std::vector<std::uint32_t> children; ///< Limbs; kNoInstance at an open anchor.
     std::vector<std::uint32_t> roots;    ///< The limb that is each whole tree.
+    std::vector<std::uint32_t> limbOf;   ///< The limb that begins with each instance of the drawn trees.
 };
 
 /// Hash-consing, linear time: limbs are equal if template, transform (to the bit) and children are.

@@ -123,6 +123,7 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
         if (options.trace)
             options.trace(pass.name, context.summary, context.grammarText);
     }
+    context.species.provenance.grammar = identityOf(context.species.grammar);
     options.progress("done", 1);
     return std::move(context.species);
 }

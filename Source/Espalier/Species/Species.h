@@ -33,6 +33,7 @@ struct Provenance
 {
     std::string method;     ///< The inference preset and its version, such as "kin 1"; empty for hand-written species.
     std::string archetypes; ///< Hash of what was drawn, 16 hex digits.
+    std::string grammar; ///< Identity of the grammar as inferred (identityOf), so that edits in the file are noticed.
     double mergeWeight = 0;
     double ruleWeight = 0;
     std::uint32_t exemplarSegments = 0; ///< Mean over the drawn trees.
@@ -45,6 +46,39 @@ struct Provenance
     friend bool operator==(const Provenance&, const Provenance&) = default;
 };
 
+/// A node of the drawn trees: both count from 0, nodes depth first as the archetype's file lists them.
+struct DrawnNode
+{
+    std::uint32_t tree = 0; ///< Of all archetypes together.
+    std::uint32_t node = 0;
+
+    friend bool operator==(const DrawnNode&, const DrawnNode&) = default;
+};
+
+/// What a rule of an inferred grammar stands for in the drawn trees, for people and tools; growing does not read it.
+struct RuleOrigin
+{
+    static constexpr std::size_t kMostNodes = 16; ///< Listed, however many there are.
+
+    std::uint64_t limb = 0;  ///< Identity: a hash of the limb with everything it carries. Survives renumbering.
+    std::uint64_t place = 0; ///< Where it first stands in the drawn trees, hashed. Survives what changes further out.
+    std::uint32_t count = 0; ///< How often the drawn trees apply the rule.
+    std::vector<DrawnNode> nodes; ///< Where, the first kMostNodes of them.
+    bool locked = false;          ///< Inferring again leaves the rule as it is.
+
+    friend bool operator==(const RuleOrigin&, const RuleOrigin&) = default;
+};
+
+/// An edit that inferring again could not carry over. Kept until somebody has looked at it.
+struct EditConflict
+{
+    std::string inferred; ///< The rule or setting that was edited, as a line; empty: the edit added one.
+    std::string edited;   ///< What it was edited to; empty: the edit removed it.
+    std::string reason;
+
+    friend bool operator==(const EditConflict&, const EditConflict&) = default;
+};
+
 /// The asset that a game ships: rules, what was observed, and a skin. A plain document; Grower makes it ready to grow.
 struct Species
 {
@@ -54,6 +88,11 @@ struct Species
     std::optional<GrowthWindow> window; ///< None: every derivation is taken.
     Appearance appearance;
     Provenance provenance;
+
+    // What authoring remembers of an inferred grammar (Inference/RuleEdits.h); growing does not read it.
+    std::vector<RuleOrigin> rules;       ///< Of each production of the grammar as inferred; empty: unknown.
+    std::optional<Grammar> inferred;     ///< The grammar as inferred, where people have edited `grammar`.
+    std::vector<EditConflict> conflicts; ///< Edits that the last inferences could not carry over.
 
     friend bool operator==(const Species&, const Species&) = default;
 };
@@ -68,6 +107,9 @@ struct Species
 
 /// Writes atomically; refuses a species that could not be read back.
 [[nodiscard]] Expected<void> saveSpecies(const std::filesystem::path& path, const Species& species);
+
+/// Identity of a grammar: a hash of its text, 16 hex digits.
+[[nodiscard]] std::string identityOf(const Grammar& grammar);
 
 /// Identity of a species: a hash of its text.
 [[nodiscard]] std::uint64_t hashOf(const Species& species);

@@ -74,6 +74,20 @@ Expected<void> readPair(const Value& value, std::string_view role, std::uint32_t
     return {};
 }
 
+/// 16 lower-case hexadecimal digits.
+Expected<std::uint64_t> readHash(const Value& value, std::string_view role)
+{
+    const auto text = value.string(role);
+    if (!text)
+        return tl::make_unexpected(text.error());
+    std::uint64_t hash = 0;
+    for (const char c : *text)
+        hash = hash << 4 | static_cast<std::uint64_t>(c >= 'a' ? c - 'a' + 10 : c - '0');
+    if (hexDigits(hash) != *text)
+        return value.fail("this is no hash", "16 lower-case hexadecimal digits");
+    return hash;
+}
+
 Expected<void> readWindow(const Value& value, GrowthWindow& window)
 {
     if (auto done = value.requireObject("window", {"segments", "depth", "attempts", "copies"}); !done)
@@ -89,15 +103,10 @@ Expected<void> readWindow(const Value& value, GrowthWindow& window)
                       return done;
                   for (const Value& item : v.items())
                   {
-                      const auto text = item.string("a topology hash");
-                      if (!text)
-                          return tl::make_unexpected(text.error());
-                      std::uint64_t hash = 0;
-                      for (const char c : *text)
-                          hash = hash << 4 | static_cast<std::uint64_t>(c >= 'a' ? c - 'a' + 10 : c - '0');
-                      if (hexDigits(hash) != *text)
-                          return item.fail("this is no hash", "16 lower-case hexadecimal digits");
-                      window.copies.push_back(hash);
+                      const auto hash = readHash(item, "a topology hash");
+                      if (!hash)
+                          return tl::make_unexpected(hash.error());
+                      window.copies.push_back(*hash);
                   }
                   return {};
               })
@@ -170,13 +179,14 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance)
 
 Expected<void> readProvenance(const Value& value, Provenance& provenance)
 {
-    if (auto done = value.requireObject("provenance", {"method", "archetypes", "mergeWeight", "ruleWeight",
+    if (auto done = value.requireObject("provenance", {"method", "archetypes", "grammar", "mergeWeight", "ruleWeight",
                                                        "exemplarSegments", "exemplarInstances", "exemplars", "note"});
         !done)
         return done;
     return Fields(value)
         .string("method", provenance.method)
         .string("archetypes", provenance.archetypes)
+        .string("grammar", provenance.grammar)
         .number("mergeWeight", provenance.mergeWeight, 0, 1)
         .number("ruleWeight", provenance.ruleWeight, 0, 1)
         .count("exemplarSegments", provenance.exemplarSegments, 0, 0xffffffffu)
@@ -291,6 +301,152 @@ Expected<void> readGrammar(const Value& value, std::string_view file, const Limi
     return {};
 }
 
+/// `0:12 0:40`: tree and node.
+Expected<void> readNodes(const Value& value, std::vector<DrawnNode>& nodes)
+{
+    const auto text = value.string("nodes");
+    if (!text)
+        return tl::make_unexpected(text.error());
+    const char* at = text->data();
+    const char* const end = at + text->size();
+    const auto number = [&](std::uint32_t& field, char before) {
+        if (before != '\0' && (at == end || *at++ != before))
+            return false;
+        const auto read = std::from_chars(at, end, field);
+        at = read.ptr;
+        return read.ec == std::errc{};
+    };
+    while (at != end)
+    {
+        DrawnNode node;
+        if (nodes.size() == RuleOrigin::kMostNodes || !number(node.tree, nodes.empty() ? '\0' : ' ') ||
+            !number(node.node, ':'))
+            return value.fail("these are no nodes",
+                              "at most " + std::to_string(RuleOrigin::kMostNodes) +
+                                  " of the form tree:node with a blank between, such as \"0:3 0:7\"");
+        nodes.push_back(node);
+    }
+    return {};
+}
+
+Expected<void> readRules(const Value& value, std::vector<RuleOrigin>& rules)
+{
+    if (auto done = value.requireArray("rules"); !done)
+        return done;
+    for (const Value& item : value.items())
+    {
+        if (auto done = item.requireObject("a rule", {"count", "nodes", "limb", "place", "locked"}); !done)
+            return done;
+        RuleOrigin rule;
+        const auto hash = [](std::string_view role, std::uint64_t& field) {
+            return
+                [role, &field](const Value& v) { return readHash(v, role).map([&](std::uint64_t h) { field = h; }); };
+        };
+        const auto done = Fields(item)
+                              .count("count", rule.count, 0, 0xffffffffu)
+                              .read("nodes", [&](const Value& v) { return readNodes(v, rule.nodes); })
+                              .read("limb", hash("limb", rule.limb))
+                              .read("place", hash("place", rule.place))
+                              .read("locked",
+                                    [&](const Value& v) {
+                                        return v.boolean("locked").map([&](bool locked) { rule.locked = locked; });
+                                    })
+                              .result();
+        if (!done)
+            return done;
+        rules.push_back(std::move(rule));
+    }
+    return {};
+}
+
+Expected<void> readConflicts(const Value& value, std::vector<EditConflict>& conflicts)
+{
+    if (auto done = value.requireArray("conflicts"); !done)
+        return done;
+    for (const Value& item : value.items())
+    {
+        if (auto done = item.requireObject("a conflict", {"inferred", "edited", "reason"}); !done)
+            return done;
+        EditConflict conflict;
+        const auto done = Fields(item)
+                              .string("inferred", conflict.inferred)
+                              .string("edited", conflict.edited)
+                              .string("reason", conflict.reason)
+                              .result();
+        if (!done)
+            return done;
+        // They are shown as comments, one a line.
+        for (const std::string* line : {&conflict.inferred, &conflict.edited, &conflict.reason})
+            if (line->find('\n') != std::string::npos)
+                return item.fail("a line of the conflict holds a line break", "one line each");
+        conflicts.push_back(std::move(conflict));
+    }
+    return {};
+}
+
+/// Each rule as inferred has its origin, or none has.
+Expected<void> checkRules(const Value& root, const Species& species)
+{
+    const Grammar& inferred = species.inferred ? *species.inferred : species.grammar;
+    const std::size_t productions = inferred.productions.size();
+    if (species.rules.empty() || species.rules.size() == productions)
+        return {};
+    return root["rules"].fail("it tells of " + std::to_string(species.rules.size()) + " rules, but the grammar " +
+                                  (species.inferred ? "as inferred has " : "has ") + std::to_string(productions),
+                              "one entry for each production, in order",
+                              "to add or take away productions use `espalier grammar --set`, which keeps account; or "
+                              "remove the key \"rules\", and inferring again will know nothing of your edits");
+}
+
+void printLines(std::string& out, const Grammar& grammar)
+{
+    const std::string text = printGrammar(grammar);
+    for (std::size_t start = 0; start < text.size();)
+    {
+        const std::size_t end = text.find('\n', start);
+        out += "    " + quoteJson(std::string_view(text).substr(start, end - start));
+        start = end + 1;
+        out += start < text.size() ? ",\n" : "\n";
+    }
+}
+
+std::string ruleText(const RuleOrigin& rule)
+{
+    std::string text = "{\"count\": " + std::to_string(rule.count) + ", \"nodes\": \"";
+    for (std::size_t i = 0; i < rule.nodes.size(); ++i)
+        text += (i == 0 ? "" : " ") + std::to_string(rule.nodes[i].tree) + ':' + std::to_string(rule.nodes[i].node);
+    return text + "\", \"limb\": \"" + hexDigits(rule.limb) + "\", \"place\": \"" + hexDigits(rule.place) + '"' +
+           (rule.locked ? ", \"locked\": true}" : "}");
+}
+
+/// What authoring remembers, where there is something.
+void printMemory(std::string& out, const Species& species)
+{
+    if (!species.rules.empty())
+    {
+        out += ",\n  \"rules\": [";
+        for (std::size_t i = 0; i < species.rules.size(); ++i)
+            out += (i == 0 ? "\n    " : ",\n    ") + ruleText(species.rules[i]);
+        out += "\n  ]";
+    }
+    if (species.inferred)
+    {
+        out += ",\n  \"inferred\": [\n";
+        printLines(out, *species.inferred);
+        out += "  ]";
+    }
+    if (species.conflicts.empty())
+        return;
+    out += ",\n  \"conflicts\": [";
+    for (std::size_t i = 0; i < species.conflicts.size(); ++i)
+    {
+        const EditConflict& conflict = species.conflicts[i];
+        out += (i == 0 ? "\n    " : ",\n    ") + std::string("{\"inferred\": ") + quoteJson(conflict.inferred) +
+               ", \"edited\": " + quoteJson(conflict.edited) + ", \"reason\": " + quoteJson(conflict.reason) + "}";
+    }
+    out += "\n  ]";
+}
+
 std::string transformText(const std::array<double, 4>& values)
 {
     std::string text = "[";
@@ -316,8 +472,8 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
     const Value root = document->root();
     if (auto done = root.requireFormat("species", kVersion); !done)
         return tl::make_unexpected(done.error());
-    if (auto done = root.requireObject(
-            "a species", {"espalier", "version", "name", "grammar", "tables", "window", "appearance", "provenance"});
+    if (auto done = root.requireObject("a species", {"espalier", "version", "name", "grammar", "tables", "window",
+                                                     "appearance", "provenance", "rules", "inferred", "conflicts"});
         !done)
         return tl::make_unexpected(done.error());
     if (const auto grammar = root.required("grammar", "the lines of a grammar"); !grammar)
@@ -332,9 +488,15 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
             .read("window", [&](const Value& v) { return readWindow(v, species.window.emplace()); })
             .read("appearance", [&](const Value& v) { return readAppearance(v, species.appearance); })
             .read("provenance", [&](const Value& v) { return readProvenance(v, species.provenance); })
+            .read("rules", [&](const Value& v) { return readRules(v, species.rules); })
+            .read("inferred", [&](const Value& v) { return readGrammar(v, file, limits, species.inferred.emplace()); })
+            .read("conflicts", [&](const Value& v) { return readConflicts(v, species.conflicts); })
             .result();
     if (!done)
         return tl::make_unexpected(done.error());
+
+    if (auto counted = checkRules(root, species); !counted)
+        return tl::make_unexpected(counted.error());
 
     // Rules and tables must fit each other before anybody grows from them.
     if (const auto program = GrammarProgram::make(species.grammar, species.tables); !program)
@@ -352,14 +514,7 @@ std::string printSpecies(const Species& species)
 {
     std::string out = "{\n  \"espalier\": \"species\",\n  \"version\": " + std::to_string(kVersion) +
                       ",\n  \"name\": " + quoteJson(species.name) + ",\n  \"grammar\": [\n";
-    const std::string grammar = printGrammar(species.grammar);
-    for (std::size_t start = 0; start < grammar.size();)
-    {
-        const std::size_t end = grammar.find('\n', start);
-        out += "    " + quoteJson(std::string_view(grammar).substr(start, end - start));
-        start = end + 1;
-        out += start < grammar.size() ? ",\n" : "\n";
-    }
+    printLines(out, species.grammar);
     out += "  ],\n  \"tables\": {";
     for (std::size_t t = 0; t < species.tables.size(); ++t)
     {
@@ -403,11 +558,13 @@ std::string printSpecies(const Species& species)
     out += "\n  },\n";
     const Provenance& p = species.provenance;
     out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
+           (p.grammar.empty() ? std::string() : ", \"grammar\": " + quoteJson(p.grammar)) +
            ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
            ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) +
            ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) +
-           ", \"exemplars\": " + std::to_string(p.exemplars) + ", \"note\": " + quoteJson(p.note) + "}\n}\n";
-    return out;
+           ", \"exemplars\": " + std::to_string(p.exemplars) + ", \"note\": " + quoteJson(p.note) + "}";
+    printMemory(out, species);
+    return out + "\n}\n";
 }
 
 Expected<Species> loadSpecies(const std::filesystem::path& path, const Limits& limits)
@@ -428,6 +585,13 @@ Expected<void> saveSpecies(const std::filesystem::path& path, const Species& spe
         return failure(ErrorKind::BadInput, {path.string(), 0, 0}, "the species would not read back as it is",
                        "names that its grammar's text can tell apart");
     return writeFileAtomically(path, text);
+}
+
+std::string identityOf(const Grammar& grammar)
+{
+    Hash64 hash;
+    hash.bytes(printGrammar(grammar));
+    return hexDigits(hash.result());
 }
 
 std::uint64_t hashOf(const Species& species)

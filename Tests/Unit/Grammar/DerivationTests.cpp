@@ -230,6 +230,33 @@ TEST(Derivation, TheTabulatedChoiceHasTheDistributionOfTheListedOne)
         }
 }
 
+/// The listed choice would draw others, for it adds up in another order.
+TEST(Derivation, TabulatesMultiplesOfAWeight)
+{
+    constexpr int kDraws = 500;
+    const auto textOf = [](int i, const std::string& before, const std::string& inside, const std::string& behind) {
+        std::string text = "let w = 0.3\nlet two = 2\naxiom: A(" + std::to_string(i) + ", 1)\n";
+        const char* symbols[] = {"F", "G", "f", "g"};
+        for (int k = 0; k < 4; ++k)
+            text += std::string("A(i, one) -> ") + symbols[k] + " : " + before + "(i==" + std::to_string(k) +
+                    ")*(1-w)" + inside + "+w/4" + inside + behind + "\n";
+        return text;
+    };
+    bool differs = false;
+    for (int i = 0; i <= 4; ++i)
+    {
+        const auto plain = frequencies(programOf(textOf(i, "", "", "")), kDraws);
+        EXPECT_EQ(frequencies(programOf(textOf(i, "2*(", "", ")")), kDraws), plain);
+        EXPECT_EQ(frequencies(programOf(textOf(i, "two*(", "", ")")), kDraws), plain);
+        EXPECT_EQ(frequencies(programOf(textOf(i, "(", "", ")*two")), kDraws), plain);
+        EXPECT_EQ(frequencies(programOf(textOf(i, "(", "", ")/two")), kDraws), plain);
+        EXPECT_EQ(frequencies(programOf(textOf(i, "4*((", "", ")/two)*2")), kDraws), plain);
+        EXPECT_EQ(frequencies(programOf(textOf(i, "", "*two", "")), kDraws), plain);
+        differs = differs || frequencies(programOf(textOf(i, "one*(", "", ")")), kDraws) != plain;
+    }
+    EXPECT_TRUE(differs);
+}
+
 TEST(Derivation, TwoProductionsOfOneKeyShareTheBonus)
 {
     constexpr int kDraws = 4000;

@@ -130,6 +130,25 @@ TEST(SpeciesFile, SaysWhatIsWrongAndWhere)
         {fileWith(", \"provenance\": {\"mergeWeight\": 2}"), "1:94: mergeWeight is 2; expected a number from 0 to 1"},
         {fileWith(", \"provenance\": {\"exemplarSegments\": 1.5}"),
          "1:99: exemplarSegments is 1.5; expected a whole number"},
+        {fileWith(", \"rules\": [{\"count\": 1}]"),
+         "1:73: it tells of 1 rules, but the grammar has 0; expected one entry for each production"},
+        {fileWith(", \"rules\": {}"), "1:73: rules is an object; expected an array"},
+        {fileWith(", \"rules\": [{\"name\": 1}]"), "1:75: a rule has the unknown key \"name\""},
+        {fileWith(", \"rules\": [{\"count\": -1}]"), "1:84: count is -1; expected a whole number"},
+        {fileWith(", \"rules\": [{\"limb\": \"12\"}]"), "1:83: this is no hash; expected 16"},
+        {fileWith(", \"rules\": [{\"locked\": 1}]"), "1:85: locked is 1; expected true or false"},
+        {fileWith(", \"rules\": [{\"nodes\": [\"0:1\"]}]"), "1:84: nodes is an array; expected a string"},
+        {fileWith(", \"rules\": [{\"nodes\": \"0\"}]"), "1:84: these are no nodes; expected at most 16 of the form"},
+        {fileWith(", \"rules\": [{\"nodes\": \"0:1 \"}]"), "1:84: these are no nodes"},
+        {fileWith(", \"rules\": [{\"nodes\": \"0:1,0:2\"}]"), "1:84: these are no nodes"},
+        {fileWith(", \"rules\": [{\"nodes\": \"0:4294967296\"}]"), "1:84: these are no nodes"},
+        {fileWith(", \"rules\": [{\"nodes\": \"-1:4\"}]"), "1:84: these are no nodes"},
+        {fileWith(", \"rules\": [{\"nodes\": \"" + repeated("0:1 ", 16) + "0:1\"}]"), "1:84: these are no nodes"},
+        {fileWith(", \"inferred\": [\"axiom: ]\"]"), "1:85: "},
+        {fileWith(", \"inferred\": [\"axiom: A\", \"A -> F\"], \"rules\": [{}, {}]"),
+         "1:109: it tells of 2 rules, but the grammar as inferred has 1"},
+        {fileWith(", \"conflicts\": [{\"edit\": \"x\"}]"), "1:79: a conflict has the unknown key \"edit\""},
+        {fileWith(", \"conflicts\": [{\"edited\": \"x\\ny\"}]"), "1:78: a line of the conflict holds a line break"},
         {fileWith("") + "x", "1:63: unexpected 'x'; expected the end of the file"},
         {std::string(100, '['),
          "1:65: objects and arrays are nested too deeply; expected at most 64 levels (limit jsonDepth)"},
@@ -204,6 +223,23 @@ TEST(SpeciesFile, ReadsBackWhatItPrints)
     EXPECT_EQ(*again, species);
     EXPECT_EQ(printSpecies(*again), printed);
     EXPECT_EQ(hashOf(*again), hashOf(species));
+}
+
+TEST(SpeciesFile, ReadsBackWhatAuthoringRemembers)
+{
+    Species species = handMade();
+    EXPECT_EQ(printSpecies(species).find("rules"), std::string::npos); // nothing to remember, nothing written
+    EXPECT_EQ(printSpecies(species).find("inferred"), std::string::npos);
+    EXPECT_EQ(printSpecies(species).find("conflicts"), std::string::npos);
+    species.inferred = parseGrammar("axiom: A\nA -> F : 2\nA -> F F : 1", "x", {}).value();
+    species.rules = {{0xdeadbeef, 7, 40, std::vector<DrawnNode>(16, {1, 4294967295u}), true}, {0, 0, 0, {}}};
+    species.conflicts = {{"A -> \"F\"", "", "gone \\ é"}, {"", "A -> F", ""}};
+    species.provenance.grammar = "0123";
+    const std::string printed = printSpecies(species);
+    const auto again = parseSpecies(printed, "again");
+    ASSERT_TRUE(again) << toString(again.error());
+    EXPECT_EQ(*again, species);
+    EXPECT_EQ(printSpecies(*again), printed);
 }
 
 TEST(SpeciesFile, NamesColoursOnlyWhereTheyDifferFromTheUsual)

@@ -1,0 +1,844 @@
+// The three-way merge of edits: `base` is the grammar as it was inferred, `ours` what people made of it, `theirs` what
+// is inferred now. Names and numbers of limbs differ between base and theirs, so whatever is carried over is copied
+// symbol by symbol, each limb by its identity.
+
+#include <Espalier/Inference/RuleEdits.h>
+
+#include <Espalier/Core/Hash.h>
+#include <Espalier/Core/Json.h>
+#include <Espalier/Inference/RuleMatch.h>
+#include <Espalier/Species/Grow.h>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <optional>
+#include <set>
+
+namespace espalier {
+
+namespace {
+
+/// A part of an edit that cannot be carried, and why. Thrown and caught inside this file.
+struct Uncarried
+{
+    std::string reason;
+};
+
+constexpr std::string_view kGone = "what it stands for is no longer drawn";
+constexpr std::string_view kBoth = "inference has changed the same";
+
+/// Rules of the former grammar and of the new one that stand for the same.
+class RuleIdentities
+{
+public:
+    RuleIdentities(const Grammar& base, const std::vector<RuleOrigin>& former, const Grammar& theirs,
+                   const std::vector<RuleOrigin>& now)
+    {
+        newOf.assign(base.productions.size(), kNoRule);
+        std::vector<bool> taken(theirs.productions.size(), false);
+        const auto round = [&](auto&& formerKey, auto&& newKey) {
+            std::multimap<std::string, std::uint32_t> open;
+            for (std::uint32_t t = 0; t < theirs.productions.size(); ++t)
+                if (!taken[t])
+                    open.emplace(newKey(t), t); // equal keys stay in their order
+            for (std::uint32_t r = 0; r < base.productions.size(); ++r)
+            {
+                if (newOf[r] != kNoRule)
+                    continue;
+                const std::string key = formerKey(r);
+                const auto first = open.lower_bound(key);
+                if (first == open.end() || first->first != key)
+                    continue;
+                newOf[r] = first->second;
+                taken[first->second] = true;
+                open.erase(first);
+            }
+        };
+        if (!former.empty() && former.size() == base.productions.size() && now.size() == theirs.productions.size())
+        {
+            round([&](std::uint32_t r) { return hexDigits(former[r].limb); },
+                  [&](std::uint32_t t) { return hexDigits(now[t].limb); });
+            round([&](std::uint32_t r) { return hexDigits(former[r].place); },
+                  [&](std::uint32_t t) { return hexDigits(now[t].place); });
+        }
+        else // of unknown origin: by what they say
+            round([&](std::uint32_t r) { return keyOf(base, base.productions[r]).body(); },
+                  [&](std::uint32_t t) { return keyOf(theirs, theirs.productions[t]).body(); });
+
+        for (std::uint32_t r = 0; r < base.productions.size(); ++r)
+            rulesOf_[base.symbols.name(base.productions[r].predecessor)].push_back(r);
+        std::map<std::string, std::uint32_t> counts;
+        for (const Production& production : theirs.productions)
+        {
+            const std::string& name = theirs.symbols.name(production.predecessor);
+            newModules_.push_back({name, counts[name]++, production.parameters.size()});
+            newClasses_.insert(name);
+        }
+    }
+
+    std::vector<std::uint32_t> newOf; ///< Of each former rule; kNoRule: it is gone.
+
+    [[nodiscard]] bool wasClass(const std::string& symbol) const { return rulesOf_.contains(symbol); }
+    [[nodiscard]] bool isClass(const std::string& symbol) const { return newClasses_.contains(symbol); }
+
+    /// What the limb of a module is called now: `index` none where it stood alone in its class.
+    struct NewModule
+    {
+        std::string symbol;
+        std::uint32_t index = 0;
+        std::size_t parameters = 0;
+    };
+    [[nodiscard]] const NewModule& moduleOf(const std::string& symbol, std::uint32_t index) const
+    {
+        const std::vector<std::uint32_t>& rules = rulesOf_.at(symbol);
+        if (index >= rules.size() || newOf[rules[index]] == kNoRule)
+            throw Uncarried{symbol + (rules.size() > 1 ? "(" + std::to_string(index) + ")" : "") +
+                            ", which it names, is no longer drawn"};
+        return newModules_[newOf[rules[index]]];
+    }
+
+    /// The class into which all that is left of a former class has gone; `sameNumbers` demands that its limbs kept
+    /// theirs.
+    [[nodiscard]] NewModule classOf(const std::string& symbol, bool sameNumbers) const
+    {
+        std::optional<NewModule> common;
+        std::uint32_t index = 0;
+        for (const std::uint32_t r : rulesOf_.at(symbol))
+        {
+            const std::uint32_t number = index++;
+            if (newOf[r] == kNoRule)
+                continue;
+            const NewModule& module = newModules_[newOf[r]];
+            if ((common && common->symbol != module.symbol) || (sameNumbers && module.index != number))
+                throw Uncarried{"the limbs of " + symbol + " are numbered or classed in another way now"};
+            common = module;
+        }
+        if (!common)
+            throw Uncarried{symbol + " is no longer drawn"};
+        return *common;
+    }
+
+private:
+    std::map<std::string, std::vector<std::uint32_t>> rulesOf_;
+    std::vector<NewModule> newModules_; ///< Of each new rule.
+    std::set<std::string> newClasses_;
+};
+
+/// How the indices of a rule's limbs change from its former grammar to the new one.
+struct IndexChange
+{
+    const RuleIdentities* identities = nullptr;
+    std::string symbol; ///< Of the rule, formerly.
+    bool alone = false; ///< Its new rules have no parameter.
+
+    [[nodiscard]] std::uint32_t indexNow(double former) const
+    {
+        if (!(former >= 0 && former < 4e9 && former == std::floor(former)))
+            throw Uncarried{"its weight or condition names a limb by a number that is none"};
+        return identities->moduleOf(symbol, static_cast<std::uint32_t>(former)).index;
+    }
+};
+
+/// Copies pieces of one grammar into another, which must have the constants they use.
+class PieceCopy
+{
+public:
+    PieceCopy(const Grammar& from, Grammar& to, const RuleIdentities* identities)
+        : from_(from), to_(to), identities_(identities)
+    {}
+
+    /// `change`: of the rule that the expression belongs to, if its numbers change.
+    ExpressionId expression(ExpressionId id, const IndexChange* change) const
+    {
+        using enum ExpressionOp;
+        if (id == kNoExpression)
+            return id;
+        ExpressionNode node = from_.expressions[id];
+        node.column = 0;
+        if (node.op == Number || node.op == Transform)
+            return to_.expressions.add(node);
+        if (node.op == Constant)
+        {
+            const auto found = std::ranges::find(to_.constants, from_.constants[node.first].name, &NamedConstant::name);
+            if (found == to_.constants.end())
+                throw Uncarried{"the constant " + from_.constants[node.first].name + ", which it uses, is gone"};
+            return to_.expressions.reference(Constant, static_cast<std::uint32_t>(found - to_.constants.begin()));
+        }
+        const auto isIndex = [&](const ExpressionNode& of) { return of.op == Parameter && of.first == 0; };
+        if (isIndex(node) && change)
+        {
+            if (change->alone)
+                throw Uncarried{"its limb is the only one of its class now, and has no number"};
+            (void)identities_->classOf(change->symbol, true); // where it is not only told from others by `==`
+        }
+        if (node.op == Parameter)
+            return to_.expressions.add(node);
+        if (change && !change->alone && node.op == Equal && isIndex(from_.expressions[node.first]) &&
+            from_.expressions[node.second].op == Number)
+        {
+            const ExpressionId parameter = to_.expressions.reference(Parameter, 0);
+            const double now = change->indexNow(from_.expressions[node.second].value);
+            return to_.expressions.binary(Equal, parameter, to_.expressions.number(now));
+        }
+        for (ExpressionId* child : {&node.first, &node.second, &node.third})
+            *child = expression(*child, change);
+        return to_.expressions.add(node);
+    }
+
+    /// A word whose limbs go by the names they have now.
+    std::vector<Module> word(const std::vector<Module>& modules, const IndexChange* change) const
+    {
+        std::vector<Module> copied;
+        for (const Module& module : modules)
+        {
+            const std::string& name = from_.symbols.name(module.symbol);
+            if (identities_ && identities_->wasClass(name))
+            {
+                copied.push_back(limb(module, name));
+                continue;
+            }
+            copied.push_back(withArguments(module, ownSymbol(name), change));
+        }
+        return copied;
+    }
+
+    Production production(const Production& original) const
+    {
+        Production copied = original;
+        copied.place = {};
+        copied.predecessor = to_.symbols.intern(from_.symbols.name(original.predecessor));
+        for (auto* context : {&copied.left, &copied.right})
+            for (ContextModule& module : *context)
+                module.symbol = to_.symbols.intern(from_.symbols.name(module.symbol));
+        copied.successor = word(original.successor, nullptr);
+        for (ExpressionId* id : {&copied.condition, &copied.weight, &copied.row})
+            *id = expression(*id, nullptr);
+        return copied;
+    }
+
+    /// A symbol that is no class: a turtle's or one that people added.
+    SymbolId ownSymbol(const std::string& name) const
+    {
+        if (identities_ && identities_->isClass(name))
+            throw Uncarried{name + " is the name of an inferred class now"};
+        return to_.symbols.intern(name);
+    }
+
+private:
+    Module limb(const Module& module, const std::string& name) const
+    {
+        if (module.argumentCount > 1)
+            throw Uncarried{name + " has more than a limb's number"};
+        const ExpressionId argument = module.argumentCount == 1 ? from_.arguments[module.firstArgument] : kNoExpression;
+        const bool isNumber = argument != kNoExpression && from_.expressions[argument].op == ExpressionOp::Number;
+        if (argument != kNoExpression && !isNumber)
+            return withArguments(module, to_.symbols.intern(identities_->classOf(name, true).symbol), nullptr);
+        const double number = isNumber ? from_.expressions[argument].value : 0;
+        const auto index = static_cast<std::uint32_t>(std::clamp(number, 0.0, 4e9));
+        const RuleIdentities::NewModule& now = identities_->moduleOf(name, index);
+        Module copied{to_.symbols.intern(now.symbol), static_cast<std::uint32_t>(to_.arguments.size()),
+                      now.parameters == 0 ? 0u : 1u};
+        if (copied.argumentCount == 1)
+            to_.arguments.push_back(to_.expressions.number(now.index));
+        return copied;
+    }
+
+    Module withArguments(const Module& module, SymbolId symbol, const IndexChange* change) const
+    {
+        std::vector<ExpressionId> arguments;
+        for (std::uint32_t i = 0; i < module.argumentCount; ++i)
+            arguments.push_back(expression(from_.arguments[module.firstArgument + i], change));
+        const auto first = static_cast<std::uint32_t>(to_.arguments.size());
+        to_.arguments.insert(to_.arguments.end(), arguments.begin(), arguments.end());
+        return {symbol, first, module.argumentCount};
+    }
+
+    const Grammar& from_;
+    Grammar& to_;
+    const RuleIdentities* identities_; ///< None: names mean the same in both.
+};
+
+bool usesParameters(const ExpressionPool& pool, ExpressionId id)
+{
+    if (id == kNoExpression)
+        return false;
+    const ExpressionNode& node = pool[id];
+    using enum ExpressionOp;
+    if (node.op == Parameter)
+        return true;
+    if (node.op == Number || node.op == Constant || node.op == Transform)
+        return false;
+    return usesParameters(pool, node.first) || usesParameters(pool, node.second) || usesParameters(pool, node.third);
+}
+
+/// An inferred weight `(i == k)*(1 - w) + w*c/n`: the share of the drawn limb and that of its kin.
+struct KinWeight
+{
+    ExpressionId drawn = kNoExpression;
+    ExpressionId kin = kNoExpression;
+};
+
+std::optional<KinWeight> kinWeight(const Grammar& grammar, ExpressionId weight)
+{
+    Production production;
+    production.weight = weight;
+    if (weight == kNoExpression || grammar.expressions[weight].op != ExpressionOp::Add ||
+        !keyOf(grammar, production).index)
+        return {};
+    return KinWeight{grammar.expressions[weight].first, grammar.expressions[weight].second};
+}
+
+/// By what factors an edited weight differs from the inferred one.
+struct WeightFactors
+{
+    double drawn = 1;
+    double kin = 1;
+};
+
+/// Values of all constants, that of `w` replaced.
+std::vector<double> constantsWith(const Grammar& grammar, double w)
+{
+    std::vector<double> values(grammar.constants.size());
+    for (std::size_t i = 0; i < values.size(); ++i)
+    {
+        ExpressionScope scope;
+        scope.constants = values.data();
+        values[i] =
+            grammar.constants[i].name == "w" ? w : evaluate(grammar.expressions, grammar.constants[i].value, scope);
+    }
+    return values;
+}
+
+double valueAt(const Grammar& grammar, ExpressionId id, double i, const std::vector<double>& constants)
+{
+    ExpressionScope scope;
+    scope.parameters = &i;
+    scope.constants = constants.data();
+    return evaluate(grammar.expressions, id, scope);
+}
+
+/// The factors, if the edited weight is a sum of multiples of the inferred one's two shares, however it is written:
+/// checked at some values of w, where limb k was drawn and where another was.
+std::optional<WeightFactors> weightFactors(const Grammar& base, const KinWeight& inferred, double index,
+                                           const Grammar& ours, ExpressionId edited)
+{
+    constexpr double kOther = -1;
+    constexpr double kTolerance = 1e-9;
+    std::optional<WeightFactors> factors;
+    for (const double w : {0.25, 0.5, 0.8125})
+    {
+        const std::vector<double> baseConstants = constantsWith(base, w);
+        const std::vector<double> ourConstants = constantsWith(ours, w);
+        const double kin = valueAt(base, inferred.kin, index, baseConstants);
+        const double drawn = valueAt(base, inferred.drawn, index, baseConstants);
+        if (!(kin > 0 && drawn > 0))
+            return {};
+        WeightFactors now;
+        now.kin = valueAt(ours, edited, kOther, ourConstants) / kin;
+        now.drawn = (valueAt(ours, edited, index, ourConstants) - now.kin * kin) / drawn;
+        for (double* factor : {&now.kin, &now.drawn})
+        {
+            *factor = std::round(*factor * 1e12) / 1e12; // 2, not 2.0000000000000004
+            if (!(*factor >= 0 && *factor < 1e9))
+                return {};
+        }
+        if (factors && (std::abs(factors->kin - now.kin) > kTolerance * (1 + now.kin) ||
+                        std::abs(factors->drawn - now.drawn) > kTolerance * (1 + now.drawn)))
+            return {};
+        factors = factors.value_or(now);
+    }
+    return factors;
+}
+
+class EditMerge
+{
+public:
+    EditMerge(const Species& before, const Species& inferred)
+        : before_(before), inferred_(inferred), base_(before.inferred ? *before.inferred : before.grammar),
+          ours_(before.grammar), theirs_(inferred.grammar), identities_(base_, before.rules, theirs_, inferred.rules),
+          fromOurs_(ours_, result, &identities_), fromBase_(base_, result, &identities_),
+          fromTheirs_(theirs_, result, nullptr)
+    {}
+
+    Grammar result;
+    std::vector<EditConflict> conflicts;
+    std::vector<bool> locked; ///< Of each new rule.
+
+    void merge()
+    {
+        settings();
+        axiom();
+        const RuleMatch match = matchRules(base_, ours_);
+        locked.assign(theirs_.productions.size(), false);
+        rules_.resize(theirs_.productions.size());
+        for (std::uint32_t r = 0; r < base_.productions.size(); ++r)
+            formerRule(r, match.editedOf[r]);
+        addedRules(match);
+        for (const Production& production : atFront_)
+            result.productions.push_back(production);
+        for (std::uint32_t t = 0; t < theirs_.productions.size(); ++t)
+        {
+            if (!rules_[t].removed)
+                result.productions.push_back(rules_[t].edited ? *rules_[t].edited
+                                                              : fromTheirs_.production(theirs_.productions[t]));
+            for (const Production& production : rules_[t].behind)
+                result.productions.push_back(production);
+        }
+        for (const Production& production : ours_.interpretations)
+            carry("", "interpret: " + printProduction(ours_, production),
+                  [&] { result.interpretations.push_back(ownProduction(production)); });
+    }
+
+private:
+    struct NewRule
+    {
+        bool removed = false;
+        std::optional<Production> edited;
+        std::vector<Production> behind; ///< Added ones.
+    };
+
+    /// Does what may not be possible; a conflict if it is not.
+    template <class Function>
+    void carry(const std::string& inferred, const std::string& edited, Function&& function)
+    {
+        try
+        {
+            function();
+        }
+        catch (const Uncarried& uncarried)
+        {
+            conflicts.push_back({inferred, edited, uncarried.reason});
+        }
+    }
+
+    // ---- Settings ----
+
+    /// A setting takes our value if we changed it and inference did not.
+    template <class Value>
+    void setting(const std::string& name, Value Grammar::*field)
+    {
+        const auto text = [&](const Grammar& grammar) { return textOf(grammar, grammar.*field); };
+        if (text(ours_) == text(base_))
+            return;
+        if (text(theirs_) != text(base_) && text(theirs_) != text(ours_))
+            conflicts.push_back({name + ": " + text(base_), name + ": " + text(ours_), std::string(kBoth)});
+        else if constexpr (std::is_same_v<Value, std::vector<SymbolId>>)
+        {
+            (result.*field).clear();
+            for (const SymbolId id : ours_.*field)
+                carry(name + ": " + text(base_), name + ": " + text(ours_),
+                      [&] { (result.*field).push_back(fromOurs_.ownSymbol(ours_.symbols.name(id))); });
+        }
+        else
+            result.*field = ours_.*field;
+    }
+
+    static std::string textOf(const Grammar&, double value) { return formatNumber(value); }
+    static std::string textOf(const Grammar&, MatchOrder order)
+    {
+        return order == MatchOrder::Listed ? "listed" : "context-first";
+    }
+    static std::string textOf(const Grammar&, const std::optional<std::uint32_t>& count)
+    {
+        return count ? std::to_string(*count) : "none";
+    }
+    static std::string textOf(const Grammar&, const std::optional<Tropism>& tropism)
+    {
+        if (!tropism)
+            return "none";
+        std::string text = formatNumber(tropism->elasticity);
+        for (const double part : tropism->direction)
+            text += ' ' + formatNumber(part);
+        return text;
+    }
+    static std::string textOf(const Grammar& grammar, const std::vector<SymbolId>& symbols)
+    {
+        std::string text;
+        for (const SymbolId id : symbols)
+            text += (text.empty() ? "" : " ") + grammar.symbols.name(id);
+        return text;
+    }
+
+    void settings()
+    {
+        for (const auto field : {&Grammar::draw, &Grammar::move, &Grammar::ignore})
+        {
+            (result.*field).clear();
+            for (const SymbolId id : theirs_.*field)
+                (result.*field).push_back(result.symbols.intern(theirs_.symbols.name(id)));
+        }
+        result.longSymbols = theirs_.longSymbols;
+        for (const std::string& symbol : ours_.longSymbols)
+            if (std::ranges::find(base_.longSymbols, symbol) == base_.longSymbols.end() &&
+                std::ranges::find(result.longSymbols, symbol) == result.longSymbols.end())
+                result.longSymbols.push_back(symbol);
+        result.angle = theirs_.angle;
+        result.step = theirs_.step;
+        result.width = theirs_.width;
+        result.order = theirs_.order;
+        result.tropism = theirs_.tropism;
+        result.iterations = theirs_.iterations;
+        setting("angle", &Grammar::angle);
+        setting("step", &Grammar::step);
+        setting("width", &Grammar::width);
+        setting("order", &Grammar::order);
+        setting("tropism", &Grammar::tropism);
+        setting("iterations", &Grammar::iterations);
+        setting("draw", &Grammar::draw);
+        setting("move", &Grammar::move);
+        setting("ignore", &Grammar::ignore);
+        constants();
+    }
+
+    /// In our order, for one may use those before it; then those that are new.
+    void constants()
+    {
+        const auto find = [](const Grammar& grammar, const std::string& name) {
+            const auto found = std::ranges::find(grammar.constants, name, &NamedConstant::name);
+            return found == grammar.constants.end() ? nullptr : &*found;
+        };
+        const auto line = [](const Grammar& grammar, const NamedConstant* constant) {
+            const std::string text = printGrammar(grammar);
+            const std::size_t start = text.find("let " + constant->name + " = ");
+            return text.substr(start, text.find('\n', start) - start);
+        };
+        for (const NamedConstant& constant : ours_.constants)
+        {
+            const NamedConstant* const base = find(base_, constant.name);
+            const NamedConstant* const theirs = find(theirs_, constant.name);
+            const std::string ours = keyOf(ours_, constant.value);
+            const bool weChanged = !base || keyOf(base_, base->value) != ours;
+            const bool theyChanged = theirs && (!base || keyOf(base_, base->value) != keyOf(theirs_, theirs->value));
+            if (theirs && (theyChanged || !weChanged))
+                result.constants.push_back({constant.name, fromTheirs_.expression(theirs->value, nullptr)});
+            else if (weChanged)
+                carry(base ? line(base_, base) : "", line(ours_, &constant), [&] {
+                    result.constants.push_back({constant.name, fromOurs_.expression(constant.value, nullptr)});
+                });
+            if (weChanged && theyChanged && keyOf(theirs_, theirs->value) != ours)
+                conflicts.push_back({base ? line(base_, base) : "", line(ours_, &constant),
+                                     "inference now says " + line(theirs_, theirs)});
+        }
+        for (const NamedConstant& constant : theirs_.constants)
+            if (!find(result, constant.name))
+                result.constants.push_back({constant.name, fromTheirs_.expression(constant.value, nullptr)});
+    }
+
+    void axiom()
+    {
+        result.axiom = fromTheirs_.word(theirs_.axiom, nullptr);
+        if (keyOf(ours_, ours_.axiom) == keyOf(base_, base_.axiom))
+            return;
+        carry("axiom: " + printWord(base_, base_.axiom), "axiom: " + printWord(ours_, ours_.axiom),
+              [&] { result.axiom = threeWay(base_.axiom, ours_.axiom, result.axiom, nullptr, false); });
+    }
+
+    // ---- Rules ----
+
+    /// Our word, if inference did not change it too.
+    std::vector<Module> threeWay(const std::vector<Module>& base, const std::vector<Module>& ours,
+                                 const std::vector<Module>& theirs, const IndexChange* change, bool regardless)
+    {
+        std::vector<Module> mine = fromOurs_.word(ours, change);
+        if (regardless || keyOf(result, mine) == keyOf(result, theirs))
+            return mine;
+        bool theyChanged = true;
+        try
+        {
+            theyChanged = keyOf(result, fromBase_.word(base, nullptr)) != keyOf(result, theirs);
+        }
+        catch (const Uncarried&)
+        {} // it named what is gone
+        if (theyChanged)
+            throw Uncarried{std::string(kBoth)};
+        return mine;
+    }
+
+    void formerRule(std::uint32_t r, std::uint32_t e)
+    {
+        const std::uint32_t t = identities_.newOf[r];
+        const Production& base = base_.productions[r];
+        if (e == kNoRule) // removed; and what is gone needs no removing
+        {
+            if (t != kNoRule)
+                rules_[t].removed = true;
+            return;
+        }
+        const bool isLocked = r < before_.rules.size() && before_.rules[r].locked;
+        const Production& ours = ours_.productions[e];
+        const RuleKey baseKey = keyOf(base_, base);
+        const RuleKey ourKey = keyOf(ours_, ours);
+        if (!isLocked && baseKey == ourKey)
+            return;
+        const std::string baseText = printProduction(base_, base);
+        const std::string ourText = printProduction(ours_, ours);
+        if (t == kNoRule)
+        {
+            conflicts.push_back({baseText, ourText, std::string(kGone) + (isLocked ? "; it was locked" : "")});
+            return;
+        }
+        locked[t] = isLocked;
+        const Production& theirs = theirs_.productions[t];
+        Production merged = fromTheirs_.production(theirs);
+        const IndexChange change{&identities_, base_.symbols.name(base.predecessor), theirs.parameters.empty()};
+        // What was edited and what was not are carried apart, so that one conflict does not take all with it.
+        if (isLocked || baseKey.successor != ourKey.successor)
+            carry(baseText, ourText, [&] {
+                merged.successor = threeWay(base.successor, ours.successor, merged.successor, &change, isLocked);
+            });
+        if (isLocked || baseKey.condition != ourKey.condition)
+            carry(baseText, ourText, [&] { merged.condition = fromOurs_.expression(ours.condition, &change); });
+        if (isLocked || baseKey.weight != ourKey.weight)
+            carry(baseText, ourText,
+                  [&] { merged.weight = weight(base, ours, theirs, merged.weight, change, isLocked); });
+        if (isLocked || baseKey.draw != ourKey.draw)
+            carry(baseText, ourText, [&] { drawFrom(ours, merged); });
+        if (baseKey.head != ourKey.head)
+            conflicts.push_back({baseText, ourText, "its left side was rewritten"});
+        if (merged.parameters.size() == ours.parameters.size())
+            merged.parameters = ours.parameters; // whatever people call them
+        rules_[t].edited = std::move(merged);
+    }
+
+    ExpressionId weight(const Production& base, const Production& ours, const Production& theirs,
+                        ExpressionId theirWeight, const IndexChange& change, bool isLocked)
+    {
+        using enum ExpressionOp;
+        ExpressionPool& pool = result.expressions;
+        if (ours.weight == kNoExpression)
+            return kNoExpression;
+        if (isLocked)
+            return change.alone && usesParameters(ours_.expressions, ours.weight)
+                       ? kNoExpression // it is taken whatever it weighs
+                       : fromOurs_.expression(ours.weight, &change);
+        const ExpressionNode node = ours_.expressions[ours.weight];
+        const std::string baseKey = keyOf(base_, base.weight);
+        const auto isBase = [&](ExpressionId id) { return !baseKey.empty() && keyOf(ours_, id) == baseKey; };
+        const auto scaled = [&](ExpressionOp op, ExpressionId factor, bool inFront) {
+            const ExpressionId copied = fromOurs_.expression(factor, &change);
+            if (theirWeight == kNoExpression)
+                return op == Divide ? pool.binary(Divide, pool.number(1), copied) : copied;
+            return inFront ? pool.binary(op, copied, theirWeight) : pool.binary(op, theirWeight, copied);
+        };
+        if (node.op == Multiply && isBase(node.second))
+            return scaled(Multiply, node.first, true);
+        if ((node.op == Multiply || node.op == Divide) && isBase(node.first))
+            return scaled(node.op, node.second, false);
+        if (base.weight == kNoExpression && !usesParameters(ours_.expressions, ours.weight))
+            return scaled(Multiply, ours.weight, true);
+        if (base.weight != kNoExpression && node.op == Number && base_.expressions[base.weight].op == Number &&
+            base_.expressions[base.weight].value != 0 && theirWeight != kNoExpression)
+            return byFactor(node.value / base_.expressions[base.weight].value, theirWeight);
+        const auto isOfLimbs = [](const Production& rule) { return rule.parameters.size() == 1 && !rule.hasContext(); };
+        const auto inferred = kinWeight(base_, base.weight);
+        if (inferred && isOfLimbs(base) && isOfLimbs(ours))
+            if (const auto factors = weightFactors(base_, *inferred, *keyOf(base_, base).index, ours_, ours.weight))
+                return byFactors(*factors, theirs, theirWeight);
+        if (!usesParameters(ours_.expressions, ours.weight))
+            return fromOurs_.expression(ours.weight, &change);
+        // Written anew: it stays so as long as what it was written for stays.
+        if (theirWeight == kNoExpression ||
+            keyOf(result, fromBase_.expression(base.weight, &change)) != keyOf(result, theirWeight))
+            throw Uncarried{"inference has changed the weight too, and the edit is no multiple of it"};
+        return fromOurs_.expression(ours.weight, &change);
+    }
+
+    ExpressionId byFactor(double factor, ExpressionId theirWeight)
+    {
+        ExpressionPool& pool = result.expressions;
+        if (pool[theirWeight].op == ExpressionOp::Number)
+            return pool.number(pool[theirWeight].value * factor);
+        return pool.binary(ExpressionOp::Multiply, pool.number(factor), theirWeight);
+    }
+
+    ExpressionId byFactors(const WeightFactors& factors, const Production& theirs, ExpressionId theirWeight)
+    {
+        ExpressionPool& pool = result.expressions;
+        if (factors.drawn == 1 && factors.kin == 1)
+            return theirWeight;
+        const auto shares = kinWeight(theirs_, theirs.weight);
+        if (!shares)
+            return theirWeight == kNoExpression ? pool.number(factors.drawn) : byFactor(factors.drawn, theirWeight);
+        if (factors.drawn == factors.kin)
+            return byFactor(factors.kin, theirWeight);
+        const auto share = [&](ExpressionId id, double factor) {
+            const ExpressionId copied = fromTheirs_.expression(id, nullptr);
+            return factor == 1 ? copied : pool.binary(ExpressionOp::Multiply, pool.number(factor), copied);
+        };
+        const ExpressionId drawn = share(shares->drawn, factors.drawn);
+        return pool.binary(ExpressionOp::Add, drawn, share(shares->kin, factors.kin));
+    }
+
+    /// Another table or row: rows go by what they hold, for their numbers change.
+    void drawFrom(const Production& ours, Production& merged)
+    {
+        const auto now = std::ranges::find(inferred_.tables, ours.table, &TransformTable::name);
+        const auto former = std::ranges::find(before_.tables, ours.table, &TransformTable::name);
+        if (!ours.table.empty() && now == inferred_.tables.end())
+            throw Uncarried{"there is no table " + ours.table + " any more"};
+        ExpressionId row = kNoExpression;
+        if (ours.row != kNoExpression)
+        {
+            const ExpressionNode& node = ours_.expressions[ours.row];
+            if (node.op != ExpressionOp::Number || former == before_.tables.end() || !(node.value >= 0) ||
+                node.value >= static_cast<double>(former->rows.size()))
+                throw Uncarried{"its row is no number of a row"};
+            const auto found = std::ranges::find(now->rows, former->rows[static_cast<std::size_t>(node.value)]);
+            if (found == now->rows.end())
+                throw Uncarried{"the transform of its row is no longer drawn"};
+            row = result.expressions.number(static_cast<double>(found - now->rows.begin()));
+        }
+        merged.table = ours.table;
+        merged.row = row;
+    }
+
+    void addedRules(const RuleMatch& match)
+    {
+        std::vector<Production>* place = &atFront_;
+        for (std::uint32_t e = 0; e < ours_.productions.size(); ++e)
+        {
+            if (const std::uint32_t r = match.inferredOf[e]; r != kNoRule)
+            {
+                if (const std::uint32_t t = identities_.newOf[r]; t != kNoRule)
+                    place = &rules_[t].behind;
+                continue;
+            }
+            carry("", printProduction(ours_, ours_.productions[e]),
+                  [&] { place->push_back(ownProduction(ours_.productions[e])); });
+        }
+    }
+
+    /// A rule that people wrote: of a symbol of their own, or one more of a class.
+    Production ownProduction(const Production& ours)
+    {
+        Production copied = ours;
+        copied.place = {};
+        const std::string& name = ours_.symbols.name(ours.predecessor);
+        IndexChange change{&identities_, name, false};
+        const bool isClass = identities_.wasClass(name);
+        if (isClass)
+        {
+            const RuleIdentities::NewModule now = identities_.classOf(name, false);
+            copied.predecessor = result.symbols.intern(now.symbol);
+            change.alone = now.parameters == 0;
+            if (now.parameters == 0)
+                copied.parameters.clear();
+            else if (ours.parameters.empty())
+                copied.parameters = {"i"};
+        }
+        else
+            copied.predecessor = fromOurs_.ownSymbol(name);
+        for (auto* context : {&copied.left, &copied.right})
+            for (ContextModule& module : *context)
+            {
+                const std::string& symbol = ours_.symbols.name(module.symbol);
+                module.symbol = identities_.wasClass(symbol)
+                                    ? result.symbols.intern(identities_.classOf(symbol, false).symbol)
+                                    : fromOurs_.ownSymbol(symbol);
+            }
+        const IndexChange* const mine = isClass ? &change : nullptr;
+        copied.successor = fromOurs_.word(ours.successor, mine);
+        for (ExpressionId* id : {&copied.condition, &copied.weight})
+            *id = fromOurs_.expression(*id, mine);
+        if (!ours.table.empty())
+            drawFrom(ours, copied);
+        return copied;
+    }
+
+    const Species& before_;
+    const Species& inferred_;
+    const Grammar& base_;
+    const Grammar& ours_;
+    const Grammar& theirs_;
+    RuleIdentities identities_;
+    PieceCopy fromOurs_;
+    PieceCopy fromBase_;
+    PieceCopy fromTheirs_;
+    std::vector<NewRule> rules_; ///< Of each new rule.
+    std::vector<Production> atFront_;
+};
+
+template <class Function>
+void eachLine(std::string_view text, Function&& function)
+{
+    while (!text.empty())
+    {
+        const std::size_t end = text.find('\n');
+        function(text.substr(0, end));
+        text.remove_prefix(end + 1);
+    }
+}
+
+/// A grammar that grows and reads back as it is.
+Expected<void> tryOut(const Species& species, const GrowOptions& trial)
+{
+    Limits limits;
+    limits.productions = limits.inferredNodes;
+    limits.grammarParts = 2 * limits.inferredNodes;
+    const auto read = parseGrammar(printGrammar(species.grammar), "the merged grammar", limits);
+    if (!read)
+        return tl::make_unexpected(read.error());
+    const auto grower = Grower::make(species);
+    if (!grower)
+        return tl::make_unexpected(grower.error());
+    GrowScratch scratch;
+    Skeleton skeleton;
+    return grower->grow(Seed{1}, trial, scratch, skeleton);
+}
+
+} // namespace
+
+CarriedEdits carryEdits(const Species& before, Species& inferred, const GrowOptions& trial)
+{
+    CarriedEdits carried;
+    // What is not inferred is somebody's, without being asked.
+    inferred.appearance.bark = before.appearance.bark;
+    inferred.appearance.palette = before.appearance.palette;
+    const std::vector<EditConflict> formerConflicts = before.conflicts;
+    if (hasEdits(before))
+    {
+        EditMerge merge(before, inferred);
+        merge.merge();
+        Species merged = inferred;
+        merged.grammar = std::move(merge.result);
+        for (std::size_t t = 0; t < merged.rules.size(); ++t)
+            merged.rules[t].locked = merge.locked[t];
+        if (!(merged.grammar == inferred.grammar))
+            merged.inferred = inferred.grammar;
+        carried.conflicts = std::move(merge.conflicts);
+        if (const auto grows = tryOut(merged, trial); !grows)
+        {
+            // Each edit by itself could be carried; which of them to leave out is for people to say.
+            const std::string reason = "with all edits the grammar would not grow: " + grows.error().what;
+            const Grammar& theirs = inferred.grammar;
+            const RuleMatch match = matchRules(theirs, merged.grammar);
+            for (std::uint32_t t = 0; t < theirs.productions.size(); ++t)
+                if (match.editedOf[t] == kNoRule)
+                    carried.conflicts.push_back({printProduction(theirs, theirs.productions[t]), "", reason});
+            std::set<std::string, std::less<>> known;
+            eachLine(printGrammar(theirs), [&](std::string_view line) { known.emplace(line); });
+            eachLine(printGrammar(merged.grammar), [&](std::string_view line) {
+                if (!known.contains(line) && !line.starts_with("symbols:"))
+                    carried.conflicts.push_back({"", std::string(line), reason});
+            });
+            merged = inferred;
+        }
+        inferred = std::move(merged);
+    }
+    // Each is told once, and only if it is news.
+    inferred.conflicts = formerConflicts;
+    std::vector<EditConflict> found;
+    found.swap(carried.conflicts);
+    for (EditConflict& conflict : found)
+        if (std::ranges::find(inferred.conflicts, conflict) == inferred.conflicts.end())
+        {
+            inferred.conflicts.push_back(conflict);
+            carried.conflicts.push_back(std::move(conflict));
+        }
+    const EditSummary summary = summarizeEdits(inferred);
+    carried.edits = summary.edits();
+    carried.locks = summary.locked;
+    return carried;
+}
+
+} // namespace espalier
