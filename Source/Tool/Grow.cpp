@@ -5,6 +5,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 namespace espalier::tool {
 
@@ -31,72 +32,91 @@ bool wantsSkeletons(const GrowCommand& command)
     return ending == ".swc";
 }
 
-void growSkeletons(const GrowCommand& command)
+/// Grows the plants one after the other and writes each, as a mesh or as its skeleton.
+class PlantWriter
 {
-    const SeedRange range = parseSeeds(command.seeds);
-    SeededGrower grower(command.species, command.iterations);
-    const Progress progress = terminalProgress();
-    Skeleton skeleton;
-    nlohmann::ordered_json report = nlohmann::ordered_json::array();
-    for (std::uint64_t i = 0; i < range.count(); ++i)
-    {
-        const Seed seed{range.first + i};
-        grower.grow(seed, skeleton);
-        if (skeleton.empty())
-            fail({ErrorKind::BadInput, nothingDrawn(grower.steps()), {}, {}, {command.species, 0, 0}});
-        const std::filesystem::path path = numberedPath(command.output, seed.value, range.isRange);
-        const std::string steps = grower.steps() ? ", steps " + std::to_string(*grower.steps()) : "";
-        orFail(saveSwc(path, skeleton,
-                       "espalier " ESPALIER_VERSION "\nspecies " + grower.species().name + ", seed " +
-                           std::to_string(seed.value) + steps +
-                           "\nsegments alone; a step without a line comes as a segment, leaves and shapes not at all"));
-        progress("growing", static_cast<double>(i + 1) / static_cast<double>(range.count()));
-        if (command.json)
-            report.push_back({{"seed", seed.value}, {"file", path.string()}, {"segments", skeleton.size()}});
-        else
-            std::cout << path.string() << ": " << skeleton.size() << " segments\n";
-    }
-    if (command.json)
-        std::cout << (range.isRange ? report : report[0]).dump(2) << '\n';
-}
+public:
+    PlantWriter(const GrowCommand& command, const SeedRange& range)
+        : command_(command), range_(range), writesSkeletons_(wantsSkeletons(command)),
+          grower_(command.species, command.iterations, range.exemplar),
+          info_{grower_.species().name, writesSkeletons_ ? 0 : hashOf(grower_.species()), {}}
+    {}
 
-void growTrees(const GrowCommand& command)
+    /// What it comes to: segments, and what a mesh has.
+    nlohmann::ordered_json write(Seed seed, const std::filesystem::path& path)
+    {
+        grower_.grow(seed, skeleton_);
+        const std::string label = range_.exemplar ? "exemplar" : "seed " + std::to_string(seed.value);
+        return writesSkeletons_ ? writeSkeleton(label, path) : writeMesh(seed, label, path);
+    }
+
+private:
+    [[noreturn]] void failEmpty() const
+    {
+        fail({ErrorKind::BadInput, nothingDrawn(grower_.steps()), {}, {}, {command_.species, 0, 0}});
+    }
+
+    nlohmann::ordered_json writeSkeleton(const std::string& label, const std::filesystem::path& path)
+    {
+        if (skeleton_.empty())
+            failEmpty();
+        const std::string steps = grower_.steps() ? ", steps " + std::to_string(*grower_.steps()) : "";
+        orFail(saveSwc(path, skeleton_,
+                       "espalier " ESPALIER_VERSION "\nspecies " + grower_.species().name + ", " + label + steps +
+                           "\nsegments alone; a step without a line comes as a segment, leaves and shapes not at all"));
+        return {{"segments", skeleton_.size()}};
+    }
+
+    nlohmann::ordered_json writeMesh(Seed seed, const std::string& label, const std::filesystem::path& path)
+    {
+        const Appearance& appearance = grower_.species().appearance;
+        if (!meshOrFail(skeleton_, appearance, label, command_.species, {}, scratch_, mesh_))
+            failEmpty();
+        info_.seed = range_.exemplar ? std::nullopt : std::optional(seed);
+        orFail(writeGlb(path, mesh_, appearance, info_));
+        return {{"segments", skeleton_.size()},
+                {"vertices", mesh_.positions.size()},
+                {"triangles", mesh_.indices.size() / 3}};
+    }
+
+    const GrowCommand& command_;
+    const SeedRange& range_;
+    bool writesSkeletons_;
+    SeededGrower grower_;
+    BakeInfo info_;
+    MeshScratch scratch_;
+    Skeleton skeleton_;
+    TreeMesh mesh_;
+};
+
+void growPlants(const GrowCommand& command)
 {
-    if (wantsSkeletons(command))
-        return growSkeletons(command);
     const SeedRange range = parseSeeds(command.seeds);
-    SeededGrower grower(command.species, command.iterations, range.exemplar);
-    const Species& species = grower.species();
+    PlantWriter writer(command, range);
     const Progress progress = terminalProgress();
-    BakeInfo info{species.name, hashOf(species), {}};
-    MeshScratch meshScratch;
-    Skeleton skeleton;
-    TreeMesh mesh;
     nlohmann::ordered_json report = nlohmann::ordered_json::array();
     for (std::uint64_t i = 0; i < range.count(); ++i)
     {
         const Seed seed{range.first + i};
-        const std::string label = range.exemplar ? "exemplar" : "seed " + std::to_string(seed.value);
-        if (range.exemplar)
-            info.seed.reset();
-        else
-            info.seed = seed;
-        grower.grow(seed, skeleton);
-        if (!meshOrFail(skeleton, species.appearance, label, command.species, {}, meshScratch, mesh))
-            fail({ErrorKind::BadInput, nothingDrawn(grower.steps()), {}, {}, {command.species, 0, 0}});
         const std::filesystem::path path = numberedPath(command.output, seed.value, range.isRange);
-        orFail(writeGlb(path, mesh, species.appearance, info));
+        const nlohmann::ordered_json sizes = writer.write(seed, path);
         progress("growing", static_cast<double>(i + 1) / static_cast<double>(range.count()));
-        if (command.json)
-            report.push_back(
-                {{"seed", range.exemplar ? nlohmann::ordered_json(label) : nlohmann::ordered_json(seed.value)},
-                 {"file", path.string()},
-                 {"segments", skeleton.size()},
-                 {"vertices", mesh.positions.size()},
-                 {"triangles", mesh.indices.size() / 3}});
+        if (!command.json)
+        {
+            std::cout << path.string();
+            for (const char* separator = ": "; const auto& [what, count] : sizes.items())
+                std::cout << std::exchange(separator, ", ") << count << ' ' << what;
+            std::cout << '\n';
+            continue;
+        }
+        nlohmann::ordered_json entry;
+        if (range.exemplar)
+            entry["seed"] = "exemplar";
         else
-            std::cout << path.string() << ": " << skeleton.size() << " segments, " << mesh.positions.size()
-                      << " vertices, " << mesh.indices.size() / 3 << " triangles\n";
+            entry["seed"] = seed.value;
+        entry["file"] = path.string();
+        entry.update(sizes);
+        report.push_back(std::move(entry));
     }
     if (command.json)
         std::cout << (range.isRange ? report : report[0]).dump(2) << '\n';
@@ -119,7 +139,7 @@ void addGrow(CLI::App& app)
         "Write the skeleton, as SWC: a point a line, as `espalier fit` and tools for neurons and roots read");
     addIterations(*verb, command->iterations);
     verb->add_flag("--json", command->json, "One JSON document with the files and their sizes");
-    verb->callback([command] { growTrees(*command); });
+    verb->callback([command] { growPlants(*command); });
 }
 
 } // namespace espalier::tool

@@ -29,8 +29,12 @@ int main(int argc, char** argv)
         const auto verbs = app.get_subcommands([](CLI::App*) { return true; });
         const auto isNamed = [&](const CLI::App* verb) { return verb->get_name() == argv[1]; };
         if (argc > 1 && argv[1][0] != '-' && std::ranges::none_of(verbs, isNamed))
-            failUsage("espalier: there is no verb " + std::string(argv[1]) +
-                      "; expected derive, check, fit, infer, grammar, grow, measure, overlap or render");
+        {
+            std::string names;
+            for (const CLI::App* verb : verbs)
+                names += (names.empty() ? "" : verb == verbs.back() ? " or " : ", ") + verb->get_name();
+            failUsage("espalier: there is no verb " + std::string(argv[1]) + "; expected " + names);
+        }
         app.parse(argc, argv);
     }
     catch (const CLI::ParseError& error)
