@@ -22,9 +22,7 @@ struct GrammarOptions
 
 void set(Species& species, const GrammarOptions& options)
 {
-    Limits limits;
-    limits.productions = limits.inferredNodes;
-    limits.grammarParts = 2 * limits.inferredNodes;
+    const Limits limits = Limits{}.ofInferredGrammars();
     const std::string text = orFail(readTextFile(options.edited, limits.fileBytes));
     Grammar edited = orFail(parseGrammar(text, options.edited, limits));
     setGrammar(species, std::move(edited));

@@ -1,5 +1,6 @@
 #include <Espalier/Bake/PointTree.h>
 
+#include <Espalier/Core/ChildLists.h>
 #include <Espalier/Core/Json.h>
 #include <Espalier/Plant/Axes.h>
 #include <algorithm>
@@ -8,36 +9,6 @@
 namespace espalier {
 
 namespace {
-
-/// The children of every point, flat.
-struct Children
-{
-    std::vector<std::uint32_t> first; ///< One more than there are points.
-    std::vector<std::uint32_t> all;
-    std::vector<std::uint32_t> roots;
-};
-
-Children childrenOf(const PointTree& tree)
-{
-    const auto size = static_cast<std::uint32_t>(tree.parents.size());
-    Children children;
-    children.first.assign(size + 1, 0);
-    for (std::uint32_t i = 0; i < size; ++i)
-    {
-        if (tree.parents[i] == kNoPoint)
-            children.roots.push_back(i);
-        else
-            ++children.first[tree.parents[i] + 1];
-    }
-    for (std::uint32_t i = 0; i < size; ++i)
-        children.first[i + 1] += children.first[i];
-    children.all.resize(children.first[size]);
-    std::vector<std::uint32_t> next(children.first.begin(), children.first.end() - 1);
-    for (std::uint32_t i = 0; i < size; ++i)
-        if (tree.parents[i] != kNoPoint)
-            children.all[next[tree.parents[i]]++] = i;
-    return children;
-}
 
 struct Frame
 {
@@ -157,17 +128,20 @@ private:
 
 std::vector<std::uint32_t> depthFirstOrder(const PointTree& tree)
 {
-    const Children children = childrenOf(tree);
+    const ChildLists children = childListsOf(tree.parents);
     std::vector<std::uint32_t> order;
     order.reserve(tree.parents.size());
-    std::vector<std::uint32_t> pending(children.roots.rbegin(), children.roots.rend());
+    std::vector<std::uint32_t> pending; // the first on top
+    for (auto i = static_cast<std::uint32_t>(tree.parents.size()); i-- > 0;)
+        if (tree.parents[i] == kNoPoint)
+            pending.push_back(i);
     while (!pending.empty())
     {
         const std::uint32_t point = pending.back();
         pending.pop_back();
         order.push_back(point);
-        for (std::uint32_t i = children.first[point + 1]; i-- > children.first[point];)
-            pending.push_back(children.all[i]);
+        const std::span<const std::uint32_t> next = children.of(point);
+        pending.insert(pending.end(), next.rbegin(), next.rend());
     }
     return order;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Espalier/Core/ChildLists.h>
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Limits.h>
 #include <Espalier/Core/Vector.h>
@@ -38,7 +39,7 @@ struct ImportedSkeleton
 };
 
 /// "No point": the parent of a root.
-inline constexpr std::uint32_t kNoPoint = 0xffffffffu;
+inline constexpr std::uint32_t kNoPoint = kNoParent;
 
 /// Points that hang on each other, in any order: what foreign files of skeletons come to.
 struct PointTree

@@ -36,6 +36,15 @@ struct Limits
     std::uint32_t vertices = 16u << 20;
     double angleDegrees = 3600.0; ///< Largest magnitude of an angle in a file.
     double coordinate = 1e5;      ///< Largest magnitude of a coordinate or length, metres.
+
+    /// For a grammar that may be inferred: inference writes more than people do.
+    [[nodiscard]] constexpr Limits ofInferredGrammars() const noexcept
+    {
+        Limits wider = *this;
+        wider.productions = productions > inferredNodes ? productions : inferredNodes;
+        wider.grammarParts = grammarParts > 2 * inferredNodes ? grammarParts : 2 * inferredNodes;
+        return wider;
+    }
 };
 
 } // namespace espalier

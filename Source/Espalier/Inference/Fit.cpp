@@ -7,7 +7,6 @@
 #include <Espalier/Inference/FitShapes.h>
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cmath>
 #include <map>
 #include <optional>
@@ -28,24 +27,6 @@ constexpr std::uint32_t kMostAnchors = static_cast<std::uint32_t>(kSideLetters.s
 
 /// Below this a piece goes straight on and its roll is free. Degrees.
 constexpr double kStraight = 0.02;
-
-double lengthOf(const DVec3& v)
-{
-    return std::sqrt(glm::dot(v, v));
-}
-
-double degreesOf(double radians)
-{
-    return radians / math::kRadiansPerDegree;
-}
-
-double significant(double value, int digits)
-{
-    std::array<char, 40> text{};
-    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
-    std::from_chars(text.data(), end.ptr, value);
-    return value;
-}
 
 double decimals(double value, double perUnit)
 {
@@ -758,25 +739,13 @@ private:
 std::optional<double> Placer::planeRoll(std::uint32_t tree) const
 {
     const DVec3& base = paths_.trees[tree].origin;
-    std::vector<std::uint32_t> pending;
-    const auto push = [&](std::uint32_t first, std::uint32_t count) {
-        pending.insert(pending.end(), paths_.children.begin() + first, paths_.children.begin() + first + count);
-    };
+    const std::span<const DVec3> points = paths_.pointsOf(paths_.trees[tree]);
     DVec3 farthest(0);
     double most = 0;
     double size = 0;
-    const auto each = [&](auto use) {
-        push(paths_.trees[tree].firstChild, paths_.trees[tree].childCount);
-        while (!pending.empty())
-        {
-            const Internode& internode = paths_.internodes[pending.back()];
-            pending.pop_back();
-            for (const DVec3& point : paths_.pointsOf(internode))
-                use(point - base);
-            push(internode.firstChild, internode.childCount);
-        }
-    };
-    each([&](const DVec3& p) {
+    for (const DVec3& point : points)
+    {
+        const DVec3 p = point - base;
         size = std::max(size, glm::dot(p, p));
         const double square = p.x * p.x + p.z * p.z;
         if (square > most)
@@ -784,15 +753,14 @@ std::optional<double> Placer::planeRoll(std::uint32_t tree) const
             most = square;
             farthest = p;
         }
-    });
+    }
     constexpr double kFlat = 1e-5; // of the size: the last bits of floats
     if (most <= kFlat * kFlat * size)
         return 0.0; // a pole
     const DVec3 normal = DVec3(farthest.z, 0, -farthest.x) / std::sqrt(most);
-    bool isFlat = true;
     const double thickness = std::min(kFlat * std::sqrt(size), 0.25 * drift_);
-    each([&](const DVec3& p) { isFlat = isFlat && std::abs(glm::dot(p, normal)) <= thickness; });
-    if (!isFlat)
+    const auto isInPlane = [&](const DVec3& p) { return std::abs(glm::dot(p - base, normal)) <= thickness; };
+    if (!std::ranges::all_of(points, isInPlane))
         return {};
     // Left is -X, up +Z; of the two ways into the plane the one that takes the smaller roll.
     double roll = degreesOf(math::atan2(farthest.z, -farthest.x));
@@ -844,25 +812,14 @@ Expected<void> measureDistances(const FitPaths& paths, const std::vector<Piece>&
 double sizeOf(const FitPaths& paths)
 {
     double size = 0;
-    for (std::uint32_t tree = 0; tree < paths.trees.size(); ++tree)
+    for (const FitTree& tree : paths.trees)
     {
-        DVec3 low = paths.trees[tree].origin;
+        DVec3 low = tree.origin;
         DVec3 high = low;
-        std::vector<std::uint32_t> pending;
-        const auto push = [&](std::uint32_t first, std::uint32_t count) {
-            pending.insert(pending.end(), paths.children.begin() + first, paths.children.begin() + first + count);
-        };
-        push(paths.trees[tree].firstChild, paths.trees[tree].childCount);
-        while (!pending.empty())
+        for (const DVec3& p : paths.pointsOf(tree))
         {
-            const Internode& internode = paths.internodes[pending.back()];
-            pending.pop_back();
-            for (const DVec3& p : paths.pointsOf(internode))
-            {
-                low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
-                high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
-            }
-            push(internode.firstChild, internode.childCount);
+            low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+            high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
         }
         size = std::max(size, lengthOf(high - low));
     }

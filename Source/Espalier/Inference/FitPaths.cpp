@@ -15,11 +15,6 @@ double squareOf(const DVec3& v)
     return glm::dot(v, v);
 }
 
-double lengthOf(const DVec3& v)
-{
-    return std::sqrt(squareOf(v));
-}
-
 /// The skeleton as points that hang on each other, parents before children.
 struct Nodes
 {
@@ -83,37 +78,24 @@ Nodes nodesOf(const Skeleton& skeleton)
 class PathCutter
 {
 public:
-    explicit PathCutter(const Nodes& nodes) : nodes_(nodes)
-    {
-        const std::size_t size = nodes.positions.size();
-        first_.assign(size + 1, 0);
-        for (const std::uint32_t parent : nodes.parents)
-            if (parent != kNoPath)
-                ++first_[parent + 1];
-        for (std::size_t i = 0; i < size; ++i)
-            first_[i + 1] += first_[i];
-        all_.resize(first_[size]);
-        std::vector<std::uint32_t> next(first_.begin(), first_.end() - 1);
-        for (std::uint32_t i = 0; i < size; ++i)
-            if (nodes.parents[i] != kNoPath)
-                all_[next[nodes.parents[i]]++] = i;
-    }
+    explicit PathCutter(const Nodes& nodes) : nodes_(nodes), children_(childListsOf(nodes.parents)) {}
 
     FitPaths cut()
     {
         for (std::uint32_t node = 0; node < nodes_.positions.size(); ++node)
         {
-            if (nodes_.parents[node] != kNoPath || first_[node] == first_[node + 1])
+            if (nodes_.parents[node] != kNoPath || children_.count(node) == 0)
                 continue;
-            FitTree tree{nodes_.positions[node], 0, 0};
+            FitTree tree{nodes_.positions[node], 0, 0, static_cast<std::uint32_t>(paths_.points.size()), 0};
             startChildren(node, DVec3(0, 1, 0), tree.firstChild, tree.childCount);
-            paths_.trees.push_back(tree);
             while (!pending_.empty())
             {
                 const Start start = pending_.back();
                 pending_.pop_back();
                 follow(start);
             }
+            tree.pointCount = static_cast<std::uint32_t>(paths_.points.size()) - tree.firstPoint;
+            paths_.trees.push_back(tree);
         }
         return std::move(paths_);
     }
@@ -125,15 +107,10 @@ private:
         std::uint32_t place; ///< In FitPaths::children.
     };
 
-    std::span<std::uint32_t> childrenOf(std::uint32_t node)
-    {
-        return std::span(all_).subspan(first_[node], first_[node + 1] - first_[node]);
-    }
-
     /// Puts the children into order, and in the list of what is still to follow.
     void startChildren(std::uint32_t node, const DVec3& heading, std::uint32_t& first, std::uint32_t& count)
     {
-        const std::span<std::uint32_t> children = childrenOf(node);
+        const std::span<std::uint32_t> children = children_.of(node);
         first = static_cast<std::uint32_t>(paths_.children.size());
         count = static_cast<std::uint32_t>(children.size());
         order(children, node, heading);
@@ -188,12 +165,12 @@ private:
             internode.length += lengthOf(step);
             paths_.points.push_back(nodes_.positions[node]);
             ++paths_.segments;
-            if (first_[node + 1] - first_[node] != 1)
+            if (children_.count(node) != 1)
             {
                 startChildren(node, step / lengthOf(step), internode.firstChild, internode.childCount);
                 break;
             }
-            node = all_[first_[node]];
+            node = children_.of(node)[0];
         }
         internode.count = static_cast<std::uint32_t>(paths_.points.size()) - internode.first;
         paths_.children[start.place] = static_cast<std::uint32_t>(paths_.internodes.size());
@@ -201,8 +178,7 @@ private:
     }
 
     const Nodes& nodes_;
-    std::vector<std::uint32_t> first_; ///< Of each node's children, in all_.
-    std::vector<std::uint32_t> all_;
+    ChildLists children_;
     std::vector<Start> pending_;
     FitPaths paths_;
 };
@@ -216,6 +192,11 @@ double squareToSegment(const DVec3& point, const DVec3& from, const DVec3& to)
 }
 
 } // namespace
+
+double lengthOf(const DVec3& v)
+{
+    return std::sqrt(squareOf(v));
+}
 
 FitPaths pathsOf(const Skeleton& skeleton)
 {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Espalier/Core/ChildLists.h>
 #include <Espalier/Core/Vector.h>
 #include <Espalier/Plant/Skeleton.h>
 #include <cstdint>
@@ -9,7 +10,7 @@
 namespace espalier {
 
 /// "None" among the indices of FitPaths.
-inline constexpr std::uint32_t kNoPath = 0xffffffffu;
+inline constexpr std::uint32_t kNoPath = kNoParent;
 
 /// A run of points from one branch point to the next, or to a tip.
 struct Internode
@@ -28,6 +29,8 @@ struct FitTree
     DVec3 origin{0};
     std::uint32_t firstChild = 0;
     std::uint32_t childCount = 0;
+    std::uint32_t firstPoint = 0; ///< In FitPaths::points.
+    std::uint32_t pointCount = 0;
 };
 
 /// A skeleton as internodes, parents before children.
@@ -43,6 +46,11 @@ struct FitPaths
     {
         return std::span(points).subspan(internode.first, internode.count);
     }
+    /// Points of all internodes of a tree, its origin included.
+    [[nodiscard]] std::span<const DVec3> pointsOf(const FitTree& tree) const
+    {
+        return std::span(points).subspan(tree.firstPoint, tree.pointCount);
+    }
 };
 
 /// Requires a sound skeleton.
@@ -51,6 +59,8 @@ struct FitPaths
 /// Indices of the points of `line` that are needed to stay within `tolerance` of it, ends included (Douglas and
 /// Peucker, The Canadian Cartographer 10 (1973), in runs of at most 1024 points so that the time is bounded).
 [[nodiscard]] std::vector<std::uint32_t> neededPoints(std::span<const DVec3> line, double tolerance);
+
+[[nodiscard]] double lengthOf(const DVec3& v);
 
 /// From a point to a line of segments. Requires at least one point.
 [[nodiscard]] double distanceTo(const DVec3& point, std::span<const DVec3> line);

@@ -16,22 +16,12 @@ constexpr std::size_t kMostSteps = 32;   ///< Of a shape.
 constexpr std::size_t kMostPoints = 512; ///< Of an internode that may have one.
 constexpr int kMostLeaders = 48;         ///< That an internode is compared with.
 
-double lengthOf(const DVec3& v)
-{
-    return std::sqrt(glm::dot(v, v));
-}
-
 void turnTowards(DVec3& a, DVec3& b, double degrees)
 {
     const math::SinCos by = math::sinCosDegrees(degrees);
     const DVec3 from = a;
     a = from * by.cos + b * by.sin;
     b = b * by.cos - from * by.sin;
-}
-
-double degreesOf(double radians)
-{
-    return radians / math::kRadiansPerDegree;
 }
 
 double rounded(double degrees)
@@ -76,6 +66,19 @@ std::array<DVec3, 2> acrossOf(const DVec3& along)
 
 } // namespace
 
+double degreesOf(double radians)
+{
+    return radians / math::kRadiansPerDegree;
+}
+
+double significant(double value, int digits)
+{
+    std::array<char, 40> text{};
+    const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, digits);
+    std::from_chars(text.data(), end.ptr, value);
+    return value;
+}
+
 void FitFrame::turnLeft(double degrees)
 {
     turnTowards(heading, left, degrees);
@@ -93,19 +96,14 @@ void FitFrame::rollRight(double degrees)
 
 BentShape shapeOf(std::span<const DVec3> line, double scale)
 {
-    const auto significant = [](double value) {
-        std::array<char, 32> text{};
-        const auto end = std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 5);
-        std::from_chars(text.data(), end.ptr, value);
-        return value;
-    };
+    constexpr int kDigits = 5;
     BentShape shape;
     FitFrame frame;
     for (std::size_t i = 1; i < line.size(); ++i)
     {
         const DVec3 step = line[i] - line[i - 1];
         const double length = lengthOf(step);
-        BentShape::Step result{0, 0, significant(length * scale)};
+        BentShape::Step result{0, 0, significant(length * scale, kDigits)};
         if (i == 1)
         {
             frame.heading = step / length;

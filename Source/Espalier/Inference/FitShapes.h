@@ -9,6 +9,11 @@
 
 namespace espalier {
 
+[[nodiscard]] double degreesOf(double radians);
+
+/// `value` shortened to so many significant digits.
+[[nodiscard]] double significant(double value, int digits);
+
 /// Where a turtle is turned: unit vectors at right angles, up = cross(heading, left). Its turns are the turtle's.
 struct FitFrame
 {

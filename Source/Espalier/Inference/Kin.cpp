@@ -94,20 +94,15 @@ Expected<void> shareIdenticalLimbs(InferenceContext& context)
 
 namespace {
 
-/// The species of a choice: rules, window, and the drawn trees as what is not to be grown again.
-Expected<void> writeKin(const InferenceContext& context, const KinClasses& classes, std::optional<GrowthWindow> window,
-                        Species& species)
+/// The species of a choice: rules, window, and the drawn trees as what is not to be grown again. Returns what each rule
+/// stands for.
+Expected<std::vector<KinRule>> writeKin(const InferenceContext& context, const KinClasses& classes,
+                                        std::optional<GrowthWindow> window, Species& species)
 {
-    const std::vector<KinRule> rules = writeKinGrammar(context.exemplars.library, context.limbs, classes, species);
-    // Of more rules than anybody reads, the origins would only swell the file.
-    constexpr std::size_t kMostOrigins = 16384;
-    if (rules.size() <= kMostOrigins)
-        species.rules = originsOf(rules, context.limbs, context.exemplars, context.anchors);
+    std::vector<KinRule> rules = writeKinGrammar(context.exemplars.library, context.limbs, classes, species);
     species.provenance.exemplars = static_cast<std::uint32_t>(context.limbs.roots.size());
     if (classes.weight == 0)
-        return {}; // where nothing may change, the drawn trees themselves are what is wanted
-    // Of very many drawn trees the first will do: none of them is then grown again often.
-    constexpr std::uint32_t kMostCopies = 32;
+        return rules; // where nothing may change, the drawn trees themselves are what is wanted
     species.window = std::move(window);
     GrowScratch scratch;
     for (std::uint32_t tree = 0; tree < std::min(species.provenance.exemplars, kMostCopies); ++tree)
@@ -122,7 +117,7 @@ Expected<void> writeKin(const InferenceContext& context, const KinClasses& class
             return tl::make_unexpected(sample.error());
         species.window->copies.push_back(sample->topology);
     }
-    return {};
+    return rules;
 }
 
 /// By how much a trial's trees miss the bars of relatives, each miss as a share of what is asked; 0 where all hold, or
@@ -135,8 +130,8 @@ Expected<double> shortfallOf(const InferenceContext& context, const KinTrial& tr
     if (provenance.exemplarInstances > kMostInstances || provenance.exemplarSegments > 0.05 * kSegments)
         return 0.0;
     Species species = context.species;
-    if (auto done = writeKin(context, trial.classes, trial.window, species); !done)
-        return tl::make_unexpected(done.error());
+    if (const auto written = writeKin(context, trial.classes, trial.window, species); !written)
+        return tl::make_unexpected(written.error());
     ComparisonOptions options;
     options.first = Seed{0x6b696e2074727565u}; // away from the small numbers that people use
     options.editWork = 2e6;
@@ -216,7 +211,8 @@ Expected<void> classKin(InferenceContext& context)
         percent(chosen.accepted) + " fit the window, of their pairs " +
         formatNumber(std::round(1e5 * chosen.equal) / 1e3) + " % are equal; two of them differ by about " +
         formatNumber(std::round(100 * chosen.difference) / 100) + " of their edit distance";
-    if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.equal > 1e-3))
+    constexpr double kManyEqual = 1e-3; ///< About a thousand different trees.
+    if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.equal > kManyEqual))
         species.provenance.note = adviceOnFewRelatives(context, chosen);
     context.grammarText = printKin(context);
     return {};
@@ -225,8 +221,13 @@ Expected<void> classKin(InferenceContext& context)
 Expected<void> estimateKin(InferenceContext& context)
 {
     Species& species = context.species;
-    if (auto done = writeKin(context, context.classes, std::move(context.window), species); !done)
-        return done;
+    const auto rules = writeKin(context, context.classes, std::move(context.window), species);
+    if (!rules)
+        return tl::make_unexpected(rules.error());
+    // Of more rules than anybody reads, the origins would only swell the file.
+    constexpr std::size_t kMostOrigins = 16384;
+    if (rules->size() <= kMostOrigins)
+        species.rules = originsOf(*rules, context.limbs, context.exemplars, context.anchors);
     context.summary = std::to_string(species.grammar.productions.size()) + " productions over " +
                       std::to_string(species.tables.size()) + " tables of observed transforms";
     if (species.window)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <span>
 
 namespace espalier {
 
@@ -78,12 +77,10 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
     for (const Limb& limb : limbs.limbs)
         instances_ += limb.count / trees;
 
-    // Of very many drawn trees the first will do: none of them is then grown again often.
-    constexpr std::size_t kMostCopies = 32;
     const KinClasses none{{}, 0, std::vector<std::uint32_t>(limbs.limbs.size()), {{}}, {0}};
     KinSimulation simulation(limbs, none, draws, anchors_);
     SimulatedTree tree;
-    for (std::size_t i = 0; i < std::min(limbs.roots.size(), kMostCopies); ++i)
+    for (std::size_t i = 0; i < std::min(limbs.roots.size(), std::size_t{kMostCopies}); ++i)
     {
         simulation.drawn(i, tree);
         drawn_.push_back(tree.topology);
@@ -130,13 +127,10 @@ GrowthWindow KinNursery::windowFor(const std::vector<Sample>& samples) const
     return best;
 }
 
-std::uint32_t KinNursery::trials() const
+KinNursery::Stand KinNursery::growStand(const KinClasses& classes, double weight) const
 {
-    return static_cast<std::uint32_t>(std::clamp(kTrialInstances / std::max(1.0, instances_), 10.0, 3000.0));
-}
-
-KinNursery::Stand KinNursery::growStand(const KinClasses& classes, double weight, std::uint32_t trials) const
-{
+    const auto trials =
+        static_cast<std::uint32_t>(std::clamp(kTrialInstances / std::max(1.0, instances_), 10.0, 3000.0));
     Stand stand;
     KinSimulation simulation(limbs_, classes, draws_, anchors_);
     const auto most = static_cast<std::uint32_t>(std::min(4e9, 1.5 * mostSegments_));
@@ -189,7 +183,7 @@ double KinNursery::distanceScaleAt(const KinTrial& trial) const
     const double pairs = std::min(kBudget / (instances_ * instances_), kMostPairs);
     if (instances_ <= kFewInstances || pairs < kFewestPairs)
         return 1;
-    std::vector<LabelledTree> shapes = growStand(trial.classes, trial.classes.weight, trials()).accepted;
+    std::vector<LabelledTree> shapes = growStand(trial.classes, trial.classes.weight).accepted;
     shapes.resize(std::min(shapes.size(), static_cast<std::size_t>(pairs) + 1));
     std::vector<double> exact;
     for (std::size_t i = 1; i < shapes.size(); ++i)
@@ -202,7 +196,7 @@ Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight, double 
 {
     if (progress_.wantsStop())
         return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
-    Stand stand = growStand(classes, weight, trials());
+    Stand stand = growStand(classes, weight);
     KinTrial trial;
     trial.classes = std::move(classes);
     trial.classes.weight = weight;

@@ -11,6 +11,10 @@
 
 namespace espalier {
 
+/// Drawn trees that a window keeps from being grown again. Of very many the first will do: none of them is then met
+/// often.
+inline constexpr std::uint32_t kMostCopies = 32;
+
 /// What a choice of classes and weight comes to when some trees are grown with it.
 struct KinTrial
 {
@@ -20,8 +24,8 @@ struct KinTrial
     GrowthWindow window;
     double accepted = 0; ///< Share of attempts inside the window that are no copies.
     double equal = 1;    ///< Chance that two accepted trees are the same but for transforms.
-    /// Median edit distance between two of them over the sum of their instances; of trees that are not small estimated
-    /// by pq-grams.
+    /// Median edit distance between two of them over the sum of their instances; of trees that are not small an
+    /// estimate, held to exact distances where there is time for some.
     double difference = 0;
 };
 
@@ -66,12 +70,11 @@ private:
         std::vector<LabelledTree> accepted;
         GrowthWindow window;
     };
-    [[nodiscard]] Stand growStand(const KinClasses& classes, double weight, std::uint32_t trials) const;
+    [[nodiscard]] Stand growStand(const KinClasses& classes, double weight) const;
     [[nodiscard]] Expected<KinTrial> tryOut(KinClasses classes, double weight, double distanceScale) const;
     [[nodiscard]] Expected<KinTrial> bisect(const KinClasses& classes, double distanceScale) const;
     [[nodiscard]] double differenceOf(const std::vector<LabelledTree>& shapes) const;
     [[nodiscard]] double distanceScaleAt(const KinTrial& trial) const;
-    [[nodiscard]] std::uint32_t trials() const;
 
     const LimbTable& limbs_;
     const std::vector<std::uint32_t>& draws_;

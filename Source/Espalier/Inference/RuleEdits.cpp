@@ -28,18 +28,6 @@ RuleMatch matchOf(const Species& species)
     return match;
 }
 
-std::vector<std::string_view> linesOf(std::string_view text)
-{
-    std::vector<std::string_view> lines;
-    while (!text.empty())
-    {
-        const std::size_t end = text.find('\n');
-        lines.push_back(text.substr(0, end));
-        text.remove_prefix(end + 1);
-    }
-    return lines;
-}
-
 /// The lines of a printed grammar that are neither productions nor `interpret:` ones.
 std::span<const std::string_view> settingLines(const Grammar& grammar, const std::vector<std::string_view>& lines)
 {

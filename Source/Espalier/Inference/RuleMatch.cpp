@@ -102,6 +102,18 @@ RuleKey keyOf(const Grammar& grammar, const Production& production)
     return key;
 }
 
+std::vector<std::string_view> linesOf(std::string_view text)
+{
+    std::vector<std::string_view> lines;
+    while (!text.empty())
+    {
+        const std::size_t end = text.find('\n');
+        lines.push_back(text.substr(0, end));
+        text.remove_prefix(end + 1);
+    }
+    return lines;
+}
+
 RuleMatch matchRules(const Grammar& inferred, const Grammar& edited)
 {
     std::vector<RuleKey> base;

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace espalier {
@@ -43,5 +44,8 @@ struct RuleMatch
 /// index in it, or the transform of a rule of its symbol; what is left over on both sides of a symbol last. Each rule
 /// is matched once, in order.
 [[nodiscard]] RuleMatch matchRules(const Grammar& inferred, const Grammar& edited);
+
+/// The lines of a printed grammar, which ends in a line break; they point into `text`.
+[[nodiscard]] std::vector<std::string_view> linesOf(std::string_view text);
 
 } // namespace espalier

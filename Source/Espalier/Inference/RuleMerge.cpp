@@ -758,24 +758,10 @@ private:
     std::vector<Production> atFront_;
 };
 
-template <class Function>
-void eachLine(std::string_view text, Function&& function)
-{
-    while (!text.empty())
-    {
-        const std::size_t end = text.find('\n');
-        function(text.substr(0, end));
-        text.remove_prefix(end + 1);
-    }
-}
-
 /// A grammar that grows and reads back as it is.
 Expected<void> tryOut(const Species& species, const GrowOptions& trial)
 {
-    Limits limits;
-    limits.productions = limits.inferredNodes;
-    limits.grammarParts = 2 * limits.inferredNodes;
-    const auto read = parseGrammar(printGrammar(species.grammar), "the merged grammar", limits);
+    const auto read = parseGrammar(printGrammar(species.grammar), "the merged grammar", Limits{}.ofInferredGrammars());
     if (!read)
         return tl::make_unexpected(read.error());
     const auto grower = Grower::make(species);
@@ -815,12 +801,13 @@ CarriedEdits carryEdits(const Species& before, Species& inferred, const GrowOpti
             for (std::uint32_t t = 0; t < theirs.productions.size(); ++t)
                 if (match.editedOf[t] == kNoRule)
                     carried.conflicts.push_back({printProduction(theirs, theirs.productions[t]), "", reason});
-            std::set<std::string, std::less<>> known;
-            eachLine(printGrammar(theirs), [&](std::string_view line) { known.emplace(line); });
-            eachLine(printGrammar(merged.grammar), [&](std::string_view line) {
+            const std::string theirText = printGrammar(theirs);
+            const std::string mergedText = printGrammar(merged.grammar);
+            const std::vector<std::string_view> theirLines = linesOf(theirText);
+            const std::set<std::string_view> known(theirLines.begin(), theirLines.end());
+            for (const std::string_view line : linesOf(mergedText))
                 if (!known.contains(line) && !line.starts_with("symbols:"))
                     carried.conflicts.push_back({"", std::string(line), reason});
-            });
             merged = inferred;
         }
         inferred = std::move(merged);

@@ -1,5 +1,7 @@
 #include <Espalier/Inference/TreeDistance.h>
 
+#include <Espalier/Core/ChildLists.h>
+
 #include <algorithm>
 #include <cstddef>
 #include <utility>
@@ -159,24 +161,12 @@ PqGrams sortedGrams(const LabelledTree& tree)
     return grams;
 }
 
-/// The children of every node, in order.
-struct Children
+ChildLists childrenOf(const LabelledTree& tree)
 {
-    std::vector<std::uint32_t> first; ///< One more than there are nodes.
-    std::vector<std::uint32_t> nodes;
-
-    explicit Children(const LabelledTree& tree) : first(tree.size() + 2, 0), nodes(tree.size())
-    {
-        for (std::uint32_t node = 1; node < tree.size(); ++node)
-            ++first[tree.parents[node] + 2];
-        for (std::size_t i = 2; i < first.size(); ++i)
-            first[i] += first[i - 1];
-        for (std::uint32_t node = 1; node < tree.size(); ++node)
-            nodes[first[tree.parents[node] + 1]++] = node;
-    }
-    [[nodiscard]] std::uint32_t count(std::uint32_t node) const { return first[node + 1] - first[node]; }
-    [[nodiscard]] std::uint32_t at(std::uint32_t node, std::uint32_t i) const { return nodes[first[node] + i]; }
-};
+    std::vector<std::uint32_t> parents = tree.parents;
+    parents[0] = kNoParent;
+    return childListsOf(parents);
+}
 
 } // namespace
 
@@ -213,8 +203,8 @@ double overlaidDistance(const LabelledTree& a, const LabelledTree& b)
     const double size = static_cast<double>(a.size()) + b.size();
     if (a.size() == 0 || b.size() == 0)
         return size > 0 ? 1 : 0;
-    const Children childrenOfA(a);
-    const Children childrenOfB(b);
+    const ChildLists childrenOfA = childrenOf(a);
+    const ChildLists childrenOfB = childrenOf(b);
     std::uint32_t laid = 0;
     std::uint32_t relabelled = 0;
     std::vector<std::pair<std::uint32_t, std::uint32_t>> pending{{0, 0}};
@@ -225,12 +215,14 @@ double overlaidDistance(const LabelledTree& a, const LabelledTree& b)
         pending.pop_back();
         ++laid;
         relabelled += a.labels[x] != b.labels[y] ? 1 : 0;
-        const std::uint32_t m = childrenOfA.count(x);
-        const std::uint32_t n = childrenOfB.count(y);
+        const std::span<const std::uint32_t> ofX = childrenOfA.of(x);
+        const std::span<const std::uint32_t> ofY = childrenOfB.of(y);
+        const auto m = static_cast<std::uint32_t>(ofX.size());
+        const auto n = static_cast<std::uint32_t>(ofY.size());
         if (m == 0 || n == 0)
             continue;
         const auto worth = [&](std::uint32_t i, std::uint32_t k) {
-            return a.labels[childrenOfA.at(x, i)] == b.labels[childrenOfB.at(y, k)] ? 3u : 1u;
+            return a.labels[ofX[i]] == b.labels[ofY[k]] ? 3u : 1u;
         };
         const auto cell = [&](std::uint32_t i, std::uint32_t k) -> std::uint32_t& { return best[i * (n + 1) + k]; };
         best.assign(std::size_t{m + 1} * (n + 1), 0);
@@ -240,7 +232,7 @@ double overlaidDistance(const LabelledTree& a, const LabelledTree& b)
         for (std::uint32_t i = 0, k = 0; i < m && k < n;)
         {
             if (cell(i, k) == cell(i + 1, k + 1) + worth(i, k))
-                pending.emplace_back(childrenOfA.at(x, i++), childrenOfB.at(y, k++));
+                pending.emplace_back(ofX[i++], ofY[k++]);
             else
                 cell(i, k) == cell(i + 1, k) ? ++i : ++k;
         }

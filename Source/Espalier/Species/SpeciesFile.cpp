@@ -279,10 +279,6 @@ Expected<void> readGrammar(const Value& value, std::string_view file, const Limi
         text += *content;
         text += '\n';
     }
-    Limits grammarLimits = limits;
-    // Inference may write more than people do.
-    grammarLimits.productions = std::max(limits.productions, limits.inferredNodes);
-    grammarLimits.grammarParts = std::max(limits.grammarParts, 2 * limits.inferredNodes);
     // A place in the grammar is a place in the string that holds its line; escapes make the string longer than the
     // line.
     const GrammarPlace place = [&](std::uint32_t line, std::uint32_t column) {
@@ -294,7 +290,7 @@ Expected<void> readGrammar(const Value& value, std::string_view file, const Limi
         where.column += static_cast<std::uint32_t>(fromUtf8(before).size()) - 1; // the closing quote is not before it
         return where;
     };
-    auto parsed = parseGrammar(text, file, grammarLimits, place);
+    auto parsed = parseGrammar(text, file, limits.ofInferredGrammars(), place);
     if (!parsed)
         return tl::make_unexpected(parsed.error());
     grammar = std::move(*parsed);

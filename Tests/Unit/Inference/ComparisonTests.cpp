@@ -9,11 +9,7 @@ namespace {
 
 Archetype read(const std::string& trees)
 {
-    const TemplateLibrary library =
-        parseTemplates("shoot: F(2)X\nfork: F[-(30)F(1)X]F(1)Y\nbud: F(1)", "test.templates", {}).value();
-    return parseArchetype(R"({"espalier":"archetype","version":1,"library":"test.templates","trees":[)" + trees + "]}",
-                          "test.archetype", library, {})
-        .value();
+    return samples::read("shoot: F(2)X\nfork: F[-(30)F(1)X]F(1)Y\nbud: F(1)", trees);
 }
 
 /// A species that grows exactly `archetype`.

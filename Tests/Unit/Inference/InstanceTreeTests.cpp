@@ -10,11 +10,7 @@ namespace {
 
 Archetype read(const std::string& trees)
 {
-    const TemplateLibrary library =
-        parseTemplates("fork: F[-FX]+FY\nbud: F\nboth: FXY[Z]", "test.templates", {}).value();
-    return parseArchetype(R"({"espalier":"archetype","version":1,"library":"test.templates","trees":[)" + trees + "]}",
-                          "test.archetype", library, {})
-        .value();
+    return samples::read("fork: F[-FX]+FY\nbud: F\nboth: FXY[Z]", trees);
 }
 
 InstanceTree treeOf(const Archetype& archetype, std::size_t tree = 0)

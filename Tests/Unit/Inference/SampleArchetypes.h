@@ -19,6 +19,15 @@ inline Archetype bush()
     return loadArchetype(std::filesystem::path(ESPALIER_SOURCE_ROOT) / "Tests/Golden/Data/Bush.archetype").value();
 }
 
+/// Trees as an archetype's file lists them, over the templates of a text.
+inline Archetype read(const std::string& templates, const std::string& trees)
+{
+    const TemplateLibrary library = parseTemplates(templates, "test.templates", {}).value();
+    return parseArchetype(R"({"espalier":"archetype","version":1,"library":"test.templates","trees":[)" + trees + "]}",
+                          "test.archetype", library, {})
+        .value();
+}
+
 inline TemplateLibrary mixedLibrary()
 {
     return parseTemplates(
