@@ -5,6 +5,7 @@
 #include <Espalier/Plant/Axes.h>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace espalier {
 
@@ -43,11 +44,13 @@ public:
     {
         const DVec3 position = placed(tree_.positions[point]);
         const double radius = radiusOf(point);
+        constexpr double kMost = std::numeric_limits<double>::max(); // a difference or a product may be infinite
         for (const double value : {position.x, position.y, position.z, radius})
             if (!(std::abs(value) <= limits.coordinate))
                 return failure(ErrorKind::Limit, {std::string(file), 0, 0},
-                               (value == radius ? "a radius is " : "a point lies ") + formatNumber(std::abs(value)) +
-                                   " m " + (value == radius ? "large" : "away from the root along an axis"),
+                               (value == radius ? "a radius is " : "a point lies ") +
+                                   formatNumber(std::min(std::abs(value), kMost)) + " m " +
+                                   (value == radius ? "large" : "away from the root along an axis"),
                                "at most " + formatNumber(limits.coordinate) + " m (the limit coordinate)",
                                "scale the file down, as with --scale 0.001");
         Place& place = places_[point];

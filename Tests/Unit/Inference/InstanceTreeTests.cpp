@@ -55,7 +55,8 @@ TEST(InstanceTree, OfADerivationIsThatOfTheDrawnTree)
     for (std::uint64_t seed = 0; seed < 20; ++seed)
     {
         const Archetype archetype = samples::randomArchetype(Seed{seed}, 5 + 7 * static_cast<std::uint32_t>(seed), 2);
-        const Species species = inferSpecies({&archetype, 1}, {.mergeWeight = 0.4}).value();
+        const Species species =
+            inferSpecies({&archetype, 1}, {.mergeWeight = 0.4, .ruleWeight = static_cast<double>(seed) / 19}).value();
         for (std::uint32_t tree = 0; tree < anchorsOf(archetype).roots.size(); ++tree)
         {
             const InstanceTree drawn = treeOf(archetype, tree);

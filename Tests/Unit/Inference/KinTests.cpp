@@ -110,7 +110,8 @@ TEST(Kin, HoldsTheDrawnTreesExactlyAtEveryWeight)
                                     : seed == 1 ? samples::bush()
                                                 : samples::randomArchetype(Seed{seed}, 15 * seed, 1 + seed % 3);
         const Species species =
-            inferred(archetype, seed < 6 ? InferenceOptions{} : InferenceOptions{.mergeWeight = seed / 11.0});
+            inferred(archetype, seed < 6 ? InferenceOptions{}
+                                         : InferenceOptions{.mergeWeight = seed / 11.0, .ruleWeight = seed / 11.0});
         const std::vector<Skeleton> trees = drawn(archetype, species.appearance.pipes);
         ASSERT_EQ(species.provenance.exemplars, trees.size());
         for (std::uint32_t tree = 0; tree < trees.size(); ++tree)
