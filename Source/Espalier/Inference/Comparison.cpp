@@ -25,14 +25,6 @@ constexpr std::uint32_t kMostEdited = 2000;
 /// Values of one parameter that are kept of all grown trees.
 constexpr double kMostValues = 1 << 20;
 
-double meanOf(const std::vector<double>& values)
-{
-    double sum = 0;
-    for (const double value : values)
-        sum += value;
-    return values.empty() ? 0 : sum / static_cast<double>(values.size());
-}
-
 double medianOf(std::vector<double> values)
 {
     if (values.empty())
@@ -40,37 +32,6 @@ double medianOf(std::vector<double> values)
     std::ranges::sort(values);
     const std::size_t half = values.size() / 2;
     return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
-double deviationOf(const std::vector<double>& values)
-{
-    const double mean = meanOf(values);
-    double squares = 0;
-    for (const double value : values)
-        squares += (value - mean) * (value - mean);
-    return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
-}
-
-/// Root mean square of the way round from each to their mean direction. Unlike the circular standard deviation it stays
-/// finite, at most 180 degrees / sqrt 3 where there is no direction.
-double circularDeviationOf(const std::vector<double>& degrees)
-{
-    double x = 0;
-    double y = 0;
-    for (const double value : degrees)
-    {
-        const math::SinCos direction = math::sinCosDegrees(value);
-        x += direction.cos;
-        y += direction.sin;
-    }
-    const double mean = math::atan2(y, x) / math::kRadiansPerDegree;
-    double squares = 0;
-    for (const double value : degrees)
-    {
-        const double way = std::remainder(value - mean, 360.0);
-        squares += way * way;
-    }
-    return degrees.empty() ? 0 : std::sqrt(squares / static_cast<double>(degrees.size()));
 }
 
 /// `distance` in spreads. What differs by rounding alone counts as equal.

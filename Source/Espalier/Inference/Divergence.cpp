@@ -104,4 +104,41 @@ double circularWasserstein(std::vector<double> a, std::vector<double> b, double 
     return area;
 }
 
+double meanOf(std::span<const double> values)
+{
+    double sum = 0;
+    for (const double value : values)
+        sum += value;
+    return values.empty() ? 0 : sum / static_cast<double>(values.size());
+}
+
+double deviationOf(std::span<const double> values)
+{
+    const double mean = meanOf(values);
+    double squares = 0;
+    for (const double value : values)
+        squares += (value - mean) * (value - mean);
+    return values.empty() ? 0 : std::sqrt(squares / static_cast<double>(values.size()));
+}
+
+double circularDeviationOf(std::span<const double> degrees)
+{
+    double x = 0;
+    double y = 0;
+    for (const double value : degrees)
+    {
+        const math::SinCos direction = math::sinCosDegrees(value);
+        x += direction.cos;
+        y += direction.sin;
+    }
+    const double mean = math::atan2(y, x) / math::kRadiansPerDegree;
+    double squares = 0;
+    for (const double value : degrees)
+    {
+        const double way = std::remainder(value - mean, 360.0);
+        squares += way * way;
+    }
+    return degrees.empty() ? 0 : std::sqrt(squares / static_cast<double>(degrees.size()));
+}
+
 } // namespace espalier

@@ -19,4 +19,14 @@ namespace espalier {
 /// circle", 2011): the way round may be the shorter one.
 [[nodiscard]] double circularWasserstein(std::vector<double> a, std::vector<double> b, double period);
 
+/// 0 of no values.
+[[nodiscard]] double meanOf(std::span<const double> values);
+
+/// The standard deviation (over n); 0 of no values.
+[[nodiscard]] double deviationOf(std::span<const double> values);
+
+/// Of directions in degrees: the root mean square of the way round from each to their mean direction. Unlike the
+/// circular standard deviation it stays finite, at most 180 degrees / sqrt 3 where there is no direction.
+[[nodiscard]] double circularDeviationOf(std::span<const double> degrees);
+
 } // namespace espalier

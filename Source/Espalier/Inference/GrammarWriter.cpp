@@ -5,15 +5,6 @@
 
 namespace espalier {
 
-TransformUse transformUse(const TransformTable& table)
-{
-    const auto moves = [&](std::size_t component) {
-        return table.spread[component] != 0 ||
-               std::ranges::any_of(table.rows, [&](const auto& row) { return row[component] != 0; });
-    };
-    return {moves(1), moves(3)};
-}
-
 namespace {
 
 constexpr std::uint32_t kScaling = 0;
@@ -21,13 +12,13 @@ constexpr std::uint32_t kRotation = 1;
 constexpr std::uint32_t kBranching = 2;
 constexpr std::uint32_t kRoll = 3;
 
-/// The parameter of a placed symbol as an expression of s, r, b, o; kNoExpression where it has none.
-ExpressionId parameterExpression(ExpressionPool& pool, const PlacedModule& module, bool rotates)
+/// The parameter of a placed symbol; kNoExpression where it has none.
+ExpressionId parameterExpression(ExpressionPool& pool, const PlacedModule& module, PlacedDirection direction)
 {
     using enum ParameterSource;
     const auto transform = [&](std::uint32_t index) { return pool.reference(ExpressionOp::Transform, index); };
     const auto turned = [&](ExpressionId base) {
-        return rotates ? pool.binary(ExpressionOp::Add, base, transform(kRotation)) : base;
+        return direction.rotation == kNoExpression ? base : pool.binary(ExpressionOp::Add, base, direction.rotation);
     };
     switch (module.source)
     {
@@ -49,16 +40,26 @@ ExpressionId parameterExpression(ExpressionPool& pool, const PlacedModule& modul
     case NumberTurned:
         return turned(pool.number(module.number));
     case Rotation:
-        return transform(kRotation);
+        return direction.rotation;
     case Roll:
-        return transform(kRoll);
+        return direction.roll;
     }
     return kNoExpression;
 }
 
 } // namespace
 
-Production placingProduction(Grammar& grammar, SymbolId predecessor, const Template& piece, TransformUse use,
+PlacedDirection directionFrom(const TransformTable& table, ExpressionPool& pool)
+{
+    const auto moved = [&](std::uint32_t component) {
+        const bool moves = table.spread[component] != 0 ||
+                           std::ranges::any_of(table.rows, [&](const auto& row) { return row[component] != 0; });
+        return moves ? pool.reference(ExpressionOp::Transform, component) : kNoExpression;
+    };
+    return {moved(kRotation), moved(kRoll)};
+}
+
+Production placingProduction(Grammar& grammar, SymbolId predecessor, const Template& piece, PlacedDirection direction,
                              const std::vector<Module>& children)
 {
     Production production;
@@ -72,11 +73,11 @@ Production placingProduction(Grammar& grammar, SymbolId predecessor, const Templ
                 production.successor.push_back(children[module.anchor]);
             continue;
         }
-        if ((module.source == ParameterSource::Rotation && !use.rotation) ||
-            (module.source == ParameterSource::Roll && !use.roll))
+        const ExpressionId parameter = parameterExpression(grammar.expressions, module, direction);
+        const bool isDirection = module.source == ParameterSource::Rotation || module.source == ParameterSource::Roll;
+        if (isDirection && parameter == kNoExpression)
             continue;
         const SymbolId symbol = grammar.symbols.intern(std::string_view(&module.symbol, 1));
-        const ExpressionId parameter = parameterExpression(grammar.expressions, module, use.rotation);
         if (parameter == kNoExpression)
             grammar.append(production.successor, symbol);
         else

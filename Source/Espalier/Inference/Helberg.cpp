@@ -520,8 +520,9 @@ Expected<void> estimatePerTemplate(InferenceContext& context)
             production.successor = children;
         }
         else
-            production = placingProduction(grammar, symbol(rule.symbol), library.templates[rule.piece],
-                                           transformUse(species.tables[tableOf[rule.piece]]), children);
+            production =
+                placingProduction(grammar, symbol(rule.symbol), library.templates[rule.piece],
+                                  directionFrom(species.tables[tableOf[rule.piece]], grammar.expressions), children);
         if (rulesOf[rule.symbol] > 1)
             production.weight = grammar.expressions.number(rule.uses);
         grammar.productions.push_back(std::move(production));

@@ -32,7 +32,7 @@ DraftGrammar limbRules(const LimbTable& limbs, const TemplateLibrary& library, D
         DraftRule rule{symbolOf[i], limb.piece, {}, limb.count};
         for (std::uint32_t a = 0; a < library.templates[limb.piece].anchors.size(); ++a)
         {
-            const std::uint32_t child = limbs.children[limb.firstChild + a];
+            const std::uint32_t child = limbs.children[limb.firstChild + a].limb;
             rule.children.push_back(child == kNoInstance ? open : symbolOf[child]);
         }
         draft.rules.push_back(std::move(rule));

@@ -1,5 +1,6 @@
 #include <Espalier/Inference/KinGrammar.h>
 
+#include <Espalier/Inference/Divergence.h>
 #include <Espalier/Inference/Draft.h>
 #include <Espalier/Inference/GrammarWriter.h>
 #include <Espalier/Inference/KinNames.h>
@@ -12,63 +13,83 @@ namespace espalier {
 
 namespace {
 
-/// The tables of transforms, one a template, each distinct transform once; and the row of each limb.
+/// What was observed of each template that occurs.
 struct LimbTransforms
 {
-    std::vector<TransformTable> tables;
+    std::vector<TransformTable> tables; ///< Distinct scalings and branching angles; directions belong to the places.
     std::vector<std::uint32_t> tableOf; ///< Of each template; kNoPiece if it does not occur.
     std::vector<std::uint32_t> rowOf;   ///< Of each limb.
+    std::vector<bool> rotates;          ///< Of each template: some place turns it.
+    std::vector<bool> rolls;
 };
 
-LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& library)
+/// How far each parameter is moved so that two trees with the same branches still differ: a share of what it was seen
+/// to vary. At weight 0 nothing moves; at 1 the share is a tenth, which leaves the distribution of each parameter
+/// recognisably the drawn one.
+std::array<double, 4> smoothing(std::span<const double> scalings, std::span<const double> rotations,
+                                std::span<const double> branchings, std::span<const double> rolls, double weight)
 {
+    constexpr double kShare = 0.1;
+    constexpr double kMostScaling = 0.1;
+    std::array<double, 4> spread{deviationOf(scalings) / meanOf(scalings), circularDeviationOf(rotations),
+                                 deviationOf(branchings), circularDeviationOf(rolls)};
+    for (double& value : spread)
+        value *= kShare * weight;
+    spread[0] = std::min(kMostScaling, spread[0]);
+    for (double& value : spread)
+        value = std::round(value * 1e4) / 1e4;
+    return spread;
+}
+
+LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& library, double weight)
+{
+    const std::size_t pieces = library.templates.size();
+    struct Observed
+    {
+        std::vector<double> scalings, rotations, branchings, rolls; // of every occurrence
+        std::map<std::array<double, 2>, std::uint32_t> rows;
+    };
+    std::vector<Observed> observed(pieces);
     LimbTransforms result;
-    result.tableOf.assign(library.templates.size(), kNoPiece);
-    std::vector<std::map<std::array<double, 4>, std::uint32_t>> known;
+    result.tableOf.assign(pieces, kNoPiece);
+    result.rotates.assign(pieces, false);
+    result.rolls.assign(pieces, false);
+    const auto direct = [&](const LimbUse& use, std::uint32_t count) {
+        if (use.limb == kNoInstance)
+            return;
+        const std::uint32_t piece = limbs.limbs[use.limb].piece;
+        observed[piece].rotations.insert(observed[piece].rotations.end(), count, use.direction.rotation);
+        observed[piece].rolls.insert(observed[piece].rolls.end(), count, use.direction.roll);
+        result.rotates[piece] = result.rotates[piece] || use.direction.rotation != 0;
+        result.rolls[piece] = result.rolls[piece] || use.direction.roll != 0;
+    };
+    for (const LimbUse& root : limbs.roots)
+        direct(root, 1);
     for (const Limb& limb : limbs.limbs)
     {
+        Observed& seen = observed[limb.piece];
         if (result.tableOf[limb.piece] == kNoPiece)
         {
             result.tableOf[limb.piece] = static_cast<std::uint32_t>(result.tables.size());
             result.tables.push_back({library.templates[limb.piece].name, {}});
-            known.emplace_back();
         }
-        const std::uint32_t table = result.tableOf[limb.piece];
-        const std::array<double, 4> row{limb.transform.scaling, limb.transform.rotation, limb.transform.branchingAngle,
-                                        limb.transform.roll};
-        auto& rows = result.tables[table].rows;
-        const auto [entry, isNew] = known[table].try_emplace(row, static_cast<std::uint32_t>(rows.size()));
+        auto& rows = result.tables[result.tableOf[limb.piece]].rows;
+        const auto [entry, isNew] =
+            seen.rows.try_emplace({limb.scaling, limb.branchingAngle}, static_cast<std::uint32_t>(rows.size()));
         if (isNew)
-            rows.push_back(row);
+            rows.push_back({limb.scaling, 0, limb.branchingAngle, 0});
         result.rowOf.push_back(entry->second);
+        seen.scalings.insert(seen.scalings.end(), limb.count, limb.scaling);
+        seen.branchings.insert(seen.branchings.end(), limb.count, limb.branchingAngle);
+        for (std::size_t a = 0; a < library.templates[limb.piece].anchors.size(); ++a)
+            direct(limbs.children[limb.firstChild + a], limb.count);
     }
+    for (std::size_t piece = 0; piece < pieces; ++piece)
+        if (result.tableOf[piece] != kNoPiece)
+            result.tables[result.tableOf[piece]].spread =
+                smoothing(observed[piece].scalings, observed[piece].rotations, observed[piece].branchings,
+                          observed[piece].rolls, weight);
     return result;
-}
-
-/// Smooths each table by a share of what it was seen to vary, so that two trees with the same branches still differ. At
-/// weight 0 nothing moves; at 1 the share is a tenth, which leaves the distribution of each parameter recognisably the
-/// drawn one.
-void smoothTables(std::vector<TransformTable>& tables, double weight)
-{
-    constexpr double kShare = 0.1;
-    constexpr double kMostScaling = 0.1;
-    for (TransformTable& table : tables)
-        for (std::size_t component = 0; component < 4; ++component)
-        {
-            double sum = 0;
-            double squares = 0;
-            for (const auto& row : table.rows)
-            {
-                sum += row[component];
-                squares += row[component] * row[component];
-            }
-            const double count = static_cast<double>(table.rows.size());
-            const double mean = sum / count;
-            double spread = kShare * weight * std::sqrt(std::max(0.0, squares / count - mean * mean));
-            if (component == 0)
-                spread = std::min(kMostScaling, spread / mean);
-            table.spread[component] = std::round(spread * 1e4) / 1e4;
-        }
 }
 
 /// Writes the grammar of one choice of classes and weight.
@@ -76,10 +97,10 @@ class KinGrammarWriter
 {
 public:
     KinGrammarWriter(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes)
-        : library_(library), limbs_(limbs), classes_(classes), transforms_(transformsOf(limbs, library)),
-          grammar_(grammarFor(library)), indexInClass_(limbs.limbs.size())
+        : library_(library), limbs_(limbs), classes_(classes),
+          transforms_(transformsOf(limbs, library, classes.weight)), grammar_(grammarFor(library)),
+          indexInClass_(limbs.limbs.size())
     {
-        smoothTables(transforms_.tables, classes.weight);
         for (const std::vector<std::uint32_t>& kin : classes.kin)
             for (std::uint32_t i = 0; i < kin.size(); ++i)
                 indexInClass_[kin[i]] = i;
@@ -110,8 +131,26 @@ public:
 private:
     [[nodiscard]] bool alone(std::uint32_t limb) const { return classes_.kin[classes_.classOf[limb]].size() == 1; }
 
-    /// `C(i)`: limb i of class C or one of its kin; `C` where there is only one.
-    Module moduleOf(std::uint32_t limb) { return indexed(names_[classes_.classOf[limb]], limb); }
+    /// `C(i,turn,roll)`: limb i of class C or one of its kin, in the direction of the place. No i where there is only
+    /// one, no turn or roll where none ever is.
+    Module moduleOf(const LimbUse& use)
+    {
+        const std::uint32_t piece = limbs_.limbs[use.limb].piece;
+        Module module = indexed(names_[classes_.classOf[use.limb]], use.limb);
+        const auto argue = [&](double value) {
+            // -20 reads as the negative of 20.
+            ExpressionId id = grammar_.expressions.number(std::abs(value));
+            if (value < 0)
+                id = grammar_.expressions.unary(ExpressionOp::Negate, id);
+            grammar_.arguments.push_back(id);
+            ++module.argumentCount;
+        };
+        if (transforms_.rotates[piece])
+            argue(use.direction.rotation);
+        if (transforms_.rolls[piece])
+            argue(use.direction.roll);
+        return module;
+    }
 
     Module indexed(const std::string& name, std::uint32_t limb)
     {
@@ -121,6 +160,27 @@ private:
             return {symbol, first, 0};
         grammar_.arguments.push_back(grammar_.expressions.number(indexInClass_[limb]));
         return {symbol, first, 1};
+    }
+
+    /// The direction of a production of class c, which takes it from its module, and the smoothing from the table.
+    PlacedDirection direct(std::uint32_t piece, std::vector<std::string>& parameters)
+    {
+        ExpressionPool& pool = grammar_.expressions;
+        const TransformTable& table = transforms_.tables[transforms_.tableOf[piece]];
+        const auto component = [&](bool given, const char* name, std::uint32_t index) {
+            if (!given)
+                return kNoExpression;
+            const ExpressionId place =
+                pool.reference(ExpressionOp::Parameter, static_cast<std::uint32_t>(parameters.size()));
+            parameters.emplace_back(name);
+            return table.spread[index] == 0
+                       ? place
+                       : pool.binary(ExpressionOp::Add, place, pool.reference(ExpressionOp::Transform, index));
+        };
+        PlacedDirection direction;
+        direction.rotation = component(transforms_.rotates[piece], "turn", 1);
+        direction.roll = component(transforms_.rolls[piece], "roll", 3);
+        return direction;
     }
 
     void axiom()
@@ -133,13 +193,13 @@ private:
         grammar_.longSymbols.push_back(start_);
         const SymbolId start = grammar_.symbols.intern(start_);
         grammar_.append(grammar_.axiom, start);
-        for (const std::uint32_t root : limbs_.roots)
+        for (const LimbUse& root : limbs_.roots)
         {
             Production production;
             production.predecessor = start;
             production.successor.push_back(moduleOf(root));
             production.weight = grammar_.expressions.number(1);
-            add(std::move(production), {root, KinRule::kStart});
+            add(std::move(production), {root.limb, KinRule::kStart});
         }
     }
 
@@ -149,7 +209,6 @@ private:
     {
         if (alone(limb))
             return;
-        production.parameters = {"i"};
         ExpressionPool& pool = grammar_.expressions;
         using enum ExpressionOp;
         const ExpressionId i = pool.reference(Parameter, 0);
@@ -176,15 +235,17 @@ private:
             std::vector<Module> children;
             for (std::uint32_t a = 0; a < shape.anchors.size(); ++a)
             {
-                const std::uint32_t child = occupant(limb, a);
+                const LimbUse& child = occupant(limb, a);
                 if (exchangesAnchors && everOccupied(kin, a))
                     children.push_back(indexed(anchorName(c, a), limb));
                 else
-                    children.push_back(child == kNoInstance ? Module{kOpenAnchor, 0, 0} : moduleOf(child));
+                    children.push_back(child.limb == kNoInstance ? Module{kOpenAnchor, 0, 0} : moduleOf(child));
             }
+            std::vector<std::string> parameters = indexParameter(limb);
+            const PlacedDirection direction = direct(piece, parameters);
             Production production =
-                placingProduction(grammar_, grammar_.symbols.intern(names_[c]), shape,
-                                  transformUse(transforms_.tables[transforms_.tableOf[piece]]), children);
+                placingProduction(grammar_, grammar_.symbols.intern(names_[c]), shape, direction, children);
+            production.parameters = std::move(parameters);
             weigh(production, limb);
             production.row = grammar_.expressions.number(transforms_.rowOf[limb]);
             add(std::move(production), {limb, KinRule::kWhole});
@@ -203,20 +264,25 @@ private:
         {
             Production production;
             production.predecessor = grammar_.symbols.intern(anchorName(c, anchor));
-            if (const std::uint32_t child = occupant(limb, anchor); child != kNoInstance)
+            production.parameters = indexParameter(limb);
+            if (const LimbUse& child = occupant(limb, anchor); child.limb != kNoInstance)
                 production.successor.push_back(moduleOf(child));
             weigh(production, limb);
             add(std::move(production), {limb, anchor});
         }
     }
 
-    [[nodiscard]] std::uint32_t occupant(std::uint32_t limb, std::uint32_t anchor) const
+    [[nodiscard]] std::vector<std::string> indexParameter(std::uint32_t limb) const
+    {
+        return alone(limb) ? std::vector<std::string>{} : std::vector<std::string>{"i"};
+    }
+    [[nodiscard]] const LimbUse& occupant(std::uint32_t limb, std::uint32_t anchor) const
     {
         return limbs_.children[limbs_.limbs[limb].firstChild + anchor];
     }
     [[nodiscard]] bool everOccupied(const std::vector<std::uint32_t>& kin, std::uint32_t anchor) const
     {
-        return std::ranges::any_of(kin, [&](std::uint32_t limb) { return occupant(limb, anchor) != kNoInstance; });
+        return std::ranges::any_of(kin, [&](std::uint32_t limb) { return occupant(limb, anchor).limb != kNoInstance; });
     }
     [[nodiscard]] std::string anchorName(std::uint32_t c, std::uint32_t anchor) const
     {

@@ -12,7 +12,7 @@ namespace espalier {
 
 namespace {
 
-/// Of each limb: its template's word, its transform, and the hashes of what it carries.
+/// Of each limb: its template's word, its scaling and branching angle, and what it carries with its directions.
 std::vector<std::uint64_t> hashesOf(const LimbTable& limbs, const TemplateLibrary& library)
 {
     std::vector<std::uint32_t> order(limbs.limbs.size());
@@ -31,13 +31,14 @@ std::vector<std::uint64_t> hashesOf(const LimbTable& limbs, const TemplateLibrar
         const Limb& limb = limbs.limbs[index];
         Hash64 hash;
         hash.value(words[limb.piece]);
-        for (const double part :
-             {limb.transform.scaling, limb.transform.rotation, limb.transform.branchingAngle, limb.transform.roll})
-            hash.value(part);
+        hash.value(limb.scaling);
+        hash.value(limb.branchingAngle);
         for (std::size_t a = 0; a < library.templates[limb.piece].anchors.size(); ++a)
         {
-            const std::uint32_t child = limbs.children[limb.firstChild + a];
-            hash.value(child == kNoInstance ? std::uint64_t{0} : hashes[child]);
+            const LimbUse& child = limbs.children[limb.firstChild + a];
+            hash.value(child.limb == kNoInstance ? std::uint64_t{0} : hashes[child.limb]);
+            hash.value(child.direction.rotation);
+            hash.value(child.direction.roll);
         }
         hashes[index] = hash.result();
     }

@@ -34,13 +34,13 @@ void KinSimulation::grow(Seed seed, double weight, std::uint32_t mostSegments, S
     key_ = RandomKey(seed);
     counter_ = 0;
     threshold_ = static_cast<std::uint64_t>(weight * 0x1p53);
-    growFrom(limbs_.roots[seed.value % limbs_.roots.size()], mostSegments, tree);
+    growFrom(limbs_.roots[seed.value % limbs_.roots.size()].limb, mostSegments, tree);
 }
 
 void KinSimulation::drawn(std::size_t index, SimulatedTree& tree)
 {
     threshold_ = 0;
-    growFrom(limbs_.roots[index], 0xffffffffu, tree);
+    growFrom(limbs_.roots[index].limb, 0xffffffffu, tree);
 }
 
 bool KinSimulation::exchanges()
@@ -57,7 +57,7 @@ std::uint32_t KinSimulation::kinOf(std::uint32_t limb)
 
 std::uint32_t KinSimulation::childAt(std::uint32_t limb, std::uint32_t anchor) const
 {
-    return limbs_.children[limbs_.limbs[limb].firstChild + anchor];
+    return limbs_.children[limbs_.limbs[limb].firstChild + anchor].limb;
 }
 
 void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, SimulatedTree& tree)

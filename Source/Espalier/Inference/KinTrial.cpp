@@ -17,7 +17,13 @@ Seed trialSeed(std::uint32_t trial)
 constexpr double kWantedDifference = 0.30; ///< Between relatives: nearer looks like a copy, farther like a stranger.
 constexpr double kLeastDifference = 0.28;
 constexpr double kLeastAccepted = 0.1; ///< A window of 32 attempts then misses one seed in 29.
-constexpr double kMostEqual = 1e-4;    ///< Of 2,000 trees, nine in ten are then different.
+
+/// Chance that two trees are equal, of 2,000 of which nine in ten are then different. Of a drawn tree of fewer than 25
+/// instances there are not so many, and eight in ten must do: more would cost it its likeness.
+double mostEqual(double instances)
+{
+    return instances < 25 ? 4e-4 : 1e-4;
+}
 
 constexpr double kTrialInstances = 3e4; ///< Of all trees of a trial.
 constexpr double kFewInstances = 40;    ///< Up to which exact distances take no time.
@@ -32,10 +38,10 @@ double medianOf(std::vector<double> values)
 }
 
 /// How near a trial comes to what is wanted, [0, 1].
-double scoreOf(const KinTrial& trial)
+double scoreOf(const KinTrial& trial, double mostEqual)
 {
     // A pair that is equal ten times as often as it may be is as bad as half the difference.
-    const double distinct = std::clamp(1 - 0.3 * std::log10(std::max(trial.equal, 1e-9) / kMostEqual), 0.01, 1.0);
+    const double distinct = std::clamp(1 - 0.3 * std::log10(std::max(trial.equal, 1e-9) / mostEqual), 0.01, 1.0);
     return std::min(1.0, trial.difference / kLeastDifference) * std::min(1.0, trial.accepted / kLeastAccepted) *
            distinct;
 }
@@ -66,13 +72,15 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
     for (const Template& piece : library.templates)
         anchors_.push_back(static_cast<std::uint32_t>(piece.anchors.size()));
     const double trees = static_cast<double>(limbs.roots.size());
-    for (const std::uint32_t root : limbs.roots)
+    for (const LimbUse& use : limbs.roots)
     {
-        segments_ += limbs.limbs[root].segments / trees;
-        leastSegments_ = std::min(leastSegments_, limbs.limbs[root].segments);
-        mostSegments_ = std::max(mostSegments_, limbs.limbs[root].segments);
-        leastDepth_ = std::min(leastDepth_, limbs.limbs[root].height);
-        mostDepth_ = std::max(mostDepth_, limbs.limbs[root].height);
+        const Limb& root = limbs.limbs[use.limb];
+        segments_ += root.segments / trees;
+        depth_ += root.height / trees;
+        leastSegments_ = std::min(leastSegments_, root.segments);
+        mostSegments_ = std::max(mostSegments_, root.segments);
+        leastDepth_ = std::min(leastDepth_, root.height);
+        mostDepth_ = std::max(mostDepth_, root.height);
     }
     for (const Limb& limb : limbs.limbs)
         instances_ += limb.count / trees;
@@ -94,36 +102,46 @@ bool KinNursery::accepts(const GrowthWindow& window, const Sample& sample) const
            std::ranges::find(drawn_, sample.topology) == drawn_.end();
 }
 
-/// The window whose accepted trees have the drawn trees' mean size, as nearly as its lower bound can bring about.
+/// The window whose accepted trees have the drawn trees' mean size and no less than their mean depth, as nearly as its
+/// lower bounds can bring about without refusing more than half of what the widest lets pass. A trunk that is a chain
+/// of equal pieces would else be too short on average: where it is exchanged it can lose more pieces than it can gain.
 GrowthWindow KinNursery::windowFor(const std::vector<Sample>& samples) const
 {
     constexpr double kMostSegments = 1.5;
-    constexpr double kDepth = 0.25;
+    constexpr double kMostDepth = 1.25;
+    constexpr double kLeastDepth = 0.97; ///< Mean, of the drawn trees'.
     const auto bound = [](double value) { return static_cast<std::uint32_t>(std::clamp(value, 0.0, 4e9)); };
     GrowthWindow window;
     window.maxSegments = bound(std::floor(kMostSegments * mostSegments_));
-    window.minDepth = bound(std::ceil((1 - kDepth) * leastDepth_));
-    window.maxDepth = bound(std::floor((1 + kDepth) * mostDepth_));
+    window.maxDepth = bound(std::floor(kMostDepth * mostDepth_));
     GrowthWindow best = window;
     double least = std::numeric_limits<double>::infinity();
-    for (int percent = 50; percent <= 80; percent += 2)
-    {
-        window.minSegments = bound(std::ceil(percent * 0.01 * leastSegments_));
-        double sum = 0;
-        std::uint32_t count = 0;
-        for (const Sample& sample : samples)
-            if (accepts(window, sample))
-            {
-                sum += sample.segments;
-                ++count;
-            }
-        const double miss = count == 0 ? 1e9 : std::abs(sum / count / segments_ - 1);
-        if (miss < least)
+    double widest = 0; // accepted by the widest window, the first
+    for (int depth = 75; depth <= 95; depth += 5)
+        for (int size = 50; size <= 80; size += 2)
         {
-            least = miss;
-            best = window;
+            window.minDepth = bound(std::ceil(depth * 0.01 * leastDepth_));
+            window.minSegments = bound(std::ceil(size * 0.01 * leastSegments_));
+            double segments = 0;
+            double depths = 0;
+            double count = 0;
+            for (const Sample& sample : samples)
+                if (accepts(window, sample))
+                {
+                    segments += sample.segments;
+                    depths += sample.depth;
+                    ++count;
+                }
+            widest = std::max(widest, count);
+            const double miss = count == 0 ? 1e9
+                                           : std::abs(segments / count / segments_ - 1) +
+                                                 std::max(0.0, kLeastDepth - depths / count / depth_);
+            if (miss < least && 2 * count >= widest)
+            {
+                least = miss;
+                best = window;
+            }
         }
-    }
     return best;
 }
 
@@ -240,9 +258,10 @@ Expected<KinTrial> KinNursery::bisect(const KinClasses& classes, double distance
         auto trial = tryOut(classes, middle / 100.0, distanceScale);
         if (!trial)
             return trial;
-        const bool enough = trial->difference >= kWantedDifference && trial->equal <= kMostEqual;
+        const bool enough = trial->difference >= kWantedDifference && trial->equal <= mostEqual(instances_);
         (enough || tooFew(*trial) ? high : low) = middle;
-        if ((enough && !tooFew(*trial)) || scoreOf(*trial) > scoreOf(*best))
+        if ((enough && !tooFew(*trial)) ||
+            scoreOf(*trial, mostEqual(instances_)) > scoreOf(*best, mostEqual(instances_)))
             best = std::move(trial);
     }
     return best;
@@ -278,7 +297,7 @@ Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall) const
         auto trial = calibrate(level);
         if (!trial)
             return trial;
-        double score = scoreOf(*trial);
+        double score = scoreOf(*trial, mostEqual(instances_));
         if (score <= 0.5 * bestScore)
             continue; // whatever else it keeps
         const auto missed = shortfall(*trial);

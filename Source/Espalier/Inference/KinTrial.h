@@ -81,6 +81,7 @@ private:
     const Progress& progress_;
     std::vector<std::uint32_t> anchors_;        ///< Number of each template.
     double segments_ = 0;                       ///< Mean of the drawn trees.
+    double depth_ = 0;                          ///< Likewise.
     double instances_ = 0;                      ///< Likewise.
     std::uint32_t leastSegments_ = 0xffffffffu; ///< Of the smallest drawn tree.
     std::uint32_t mostSegments_ = 0;            ///< Of the largest.

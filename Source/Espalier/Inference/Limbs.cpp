@@ -34,35 +34,47 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
     std::unordered_map<std::uint64_t, std::uint32_t> firstWithHash; // looked up, never iterated
     std::vector<std::uint32_t> nextWithHash;
     LimbTable found; // numbered from the tips
-    std::vector<std::uint32_t> children;
+    std::vector<LimbUse> children;
+    const auto useOf = [&](std::uint32_t instance) {
+        if (instance == kNoInstance)
+            return LimbUse{kNoInstance, {}};
+        const InstanceTransform& transform = exemplars.instances[instance].transform;
+        return LimbUse{limbOf[instance], {transform.rotation, transform.roll}};
+    };
 
     // Parents come before children, so going backwards meets every child before its parent.
     for (std::uint32_t i = count; i-- > 0;)
     {
         const TemplateInstance& instance = exemplars.instances[i];
         const auto anchorCount = anchors.firstChild[i + 1] - anchors.firstChild[i];
-        Limb limb{instance.piece,    static_cast<std::uint32_t>(found.children.size()), 0, draws[instance.piece], 1,
-                  instance.transform};
+        Limb limb{instance.piece,
+                  static_cast<std::uint32_t>(found.children.size()),
+                  0,
+                  draws[instance.piece],
+                  1,
+                  instance.transform.scaling,
+                  instance.transform.branchingAngle};
         Hash64 hash;
         hash.value(instance.piece);
-        for (const double part :
-             {limb.transform.scaling, limb.transform.rotation, limb.transform.branchingAngle, limb.transform.roll})
-            hash.value(part);
+        hash.value(limb.scaling);
+        hash.value(limb.branchingAngle);
         children.clear();
         for (std::uint32_t a = 0; a < anchorCount; ++a)
         {
-            const std::uint32_t child = anchors.children[anchors.firstChild[i] + a];
-            children.push_back(child == kNoInstance ? kNoInstance : limbOf[child]);
-            hash.value(children.back());
-            if (child == kNoInstance)
+            const LimbUse& child = children.emplace_back(useOf(anchors.children[anchors.firstChild[i] + a]));
+            hash.value(child.limb);
+            hash.value(child.direction.rotation);
+            hash.value(child.direction.roll);
+            if (child.limb == kNoInstance)
                 continue;
-            limb.segments += found.limbs[limbOf[child]].segments;
-            limb.height = std::max(limb.height, found.limbs[limbOf[child]].height + 1);
+            limb.segments += found.limbs[child.limb].segments;
+            limb.height = std::max(limb.height, found.limbs[child.limb].height + 1);
         }
         const auto [entry, isNew] = firstWithHash.try_emplace(hash.result(), kNoInstance);
         std::uint32_t same = entry->second;
         while (same != kNoInstance &&
-               !(found.limbs[same].piece == limb.piece && found.limbs[same].transform == limb.transform &&
+               !(found.limbs[same].piece == limb.piece && found.limbs[same].scaling == limb.scaling &&
+                 found.limbs[same].branchingAngle == limb.branchingAngle &&
                  std::equal(children.begin(), children.end(), found.children.begin() + found.limbs[same].firstChild)))
             same = nextWithHash[same];
         if (same == kNoInstance)
@@ -96,13 +108,18 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
         const std::size_t anchorCount = exemplars.library.templates[limb.piece].anchors.size();
         for (std::size_t a = 0; a < anchorCount; ++a)
         {
-            const std::uint32_t child = found.children[first + a];
-            table.children.push_back(child == kNoInstance ? kNoInstance : newNumber[child]);
+            LimbUse child = found.children[first + a];
+            if (child.limb != kNoInstance)
+                child.limb = newNumber[child.limb];
+            table.children.push_back(child);
         }
         table.limbs.push_back(limb);
     }
     for (const std::uint32_t root : anchors.roots)
-        table.roots.push_back(newNumber[limbOf[root]]);
+    {
+        table.roots.push_back(useOf(root));
+        table.roots.back().limb = newNumber[limbOf[root]];
+    }
     for (std::uint32_t& limb : limbOf)
         limb = newNumber[limb];
     table.limbOf = std::move(limbOf);

@@ -7,28 +7,49 @@
 
 namespace espalier {
 
-/// A branch with everything it carries, as it occurs one or more times in the drawn trees: equal limbs are one.
+/// Which way a limb leaves the place where it hangs, degrees. It belongs to the place: whatever is grafted there grows
+/// in the direction of what was drawn there.
+struct LimbDirection
+{
+    double rotation = 0;
+    double roll = 0;
+
+    friend bool operator==(const LimbDirection&, const LimbDirection&) = default;
+};
+
+/// A branch with everything it carries, whichever way it points, as it occurs one or more times in the drawn trees:
+/// equal limbs are one.
 struct Limb
 {
     std::uint32_t piece = 0;      ///< Template of its first instance.
     std::uint32_t firstChild = 0; ///< Into LimbTable::children; as many as the template has anchors.
     std::uint32_t count = 0;      ///< Occurrences in the drawn trees.
     std::uint32_t segments = 0;
-    std::uint32_t height = 1; ///< Nested template instances.
-    InstanceTransform transform;
+    std::uint32_t height = 1;  ///< Nested template instances.
+    double scaling = 1;        ///< Of its first instance.
+    double branchingAngle = 0; ///< Likewise, degrees.
+};
+
+/// What hangs at a place.
+struct LimbUse
+{
+    std::uint32_t limb = 0; ///< kNoInstance at an open anchor.
+    LimbDirection direction;
+
+    friend bool operator==(const LimbUse&, const LimbUse&) = default;
 };
 
 /// The distinct limbs, in the order of their first occurrence (depth first, parents before children).
 struct LimbTable
 {
     std::vector<Limb> limbs;
-    std::vector<std::uint32_t> children; ///< Limbs; kNoInstance at an open anchor.
-    std::vector<std::uint32_t> roots;    ///< The limb that is each whole tree.
-    std::vector<std::uint32_t> limbOf;   ///< The limb that begins with each instance of the drawn trees.
+    std::vector<LimbUse> children;
+    std::vector<LimbUse> roots;        ///< The whole trees.
+    std::vector<std::uint32_t> limbOf; ///< The limb that begins with each instance of the drawn trees.
 };
 
-/// Hash-consing, linear time: limbs are equal if template, transform (to the bit) and children are.
-/// `draws[t]` is the number of segments that template t draws.
+/// Hash-consing, linear time: limbs are equal if template, scaling, branching angle (to the bit) and all that they
+/// carry are. `draws[t]` is the number of segments that template t draws.
 [[nodiscard]] LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors,
                                    const std::vector<std::uint32_t>& draws);
 

@@ -28,7 +28,7 @@ struct Preset
 const std::vector<Preset>& presets()
 {
     static const std::vector<Preset> kPresets = {
-        {"kin", "kin 2", {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}}},
+        {"kin", "kin 3", {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}}},
         {"helberg",
          "helberg 1",
          {{"infer", inferBreadthFirst},

@@ -74,7 +74,7 @@ std::vector<std::string> headOf(const Species& species)
     // Explained by what stands below: the first class that has several limbs.
     const Grammar& grammar = species.grammar;
     const auto rule = std::ranges::find_if(grammar.productions, [](const Production& production) {
-        return production.parameters.size() == 1 && !production.table.empty();
+        return !production.parameters.empty() && production.parameters[0] == "i" && !production.table.empty();
     });
     if (p.method.starts_with("kin ") && rule != grammar.productions.end())
     {

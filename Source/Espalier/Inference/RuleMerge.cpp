@@ -27,6 +27,36 @@ struct Uncarried
 constexpr std::string_view kGone = "what it stands for is no longer drawn";
 constexpr std::string_view kBoth = "inference has changed the same";
 
+/// What the parameters of a class of limbs mean, as kin calls them: a limb's number, and the direction of its place.
+/// What others call otherwise is none of these.
+struct ClassLayout
+{
+    bool index = false;
+    bool turn = false;
+    bool roll = false;
+
+    [[nodiscard]] static ClassLayout of(const std::vector<std::string>& parameters)
+    {
+        const auto has = [&](const char* name) { return std::ranges::find(parameters, name) != parameters.end(); };
+        return {has("i"), has("turn"), has("roll")};
+    }
+    [[nodiscard]] std::uint32_t size() const { return std::uint32_t{index} + turn + roll; }
+
+    /// Where a parameter of this layout stands in `other`; none: it is missing there.
+    [[nodiscard]] std::optional<std::uint32_t> positionIn(const ClassLayout& other, std::uint32_t parameter) const
+    {
+        const bool isIndex = index && parameter == 0;
+        const bool isTurn = turn && parameter == std::uint32_t{index};
+        if (isIndex)
+            return other.index ? std::optional(0u) : std::nullopt;
+        if (isTurn)
+            return other.turn ? std::optional(std::uint32_t{other.index}) : std::nullopt;
+        return other.roll ? std::optional(std::uint32_t{other.index} + other.turn) : std::nullopt;
+    }
+
+    friend bool operator==(const ClassLayout&, const ClassLayout&) = default;
+};
+
 /// Rules of the former grammar and of the new one that stand for the same.
 class RuleIdentities
 {
@@ -66,12 +96,17 @@ public:
                   [&](std::uint32_t t) { return keyOf(theirs, theirs.productions[t]).body(); });
 
         for (std::uint32_t r = 0; r < base.productions.size(); ++r)
-            rulesOf_[base.symbols.name(base.productions[r].predecessor)].push_back(r);
+        {
+            const Production& production = base.productions[r];
+            const std::string& name = base.symbols.name(production.predecessor);
+            rulesOf_[name].push_back(r);
+            layoutOf_[name] = ClassLayout::of(production.parameters);
+        }
         std::map<std::string, std::uint32_t> counts;
         for (const Production& production : theirs.productions)
         {
             const std::string& name = theirs.symbols.name(production.predecessor);
-            newModules_.push_back({name, counts[name]++, production.parameters.size()});
+            newModules_.push_back({name, counts[name]++, ClassLayout::of(production.parameters)});
             newClasses_.insert(name);
         }
     }
@@ -81,12 +116,15 @@ public:
     [[nodiscard]] bool wasClass(const std::string& symbol) const { return rulesOf_.contains(symbol); }
     [[nodiscard]] bool isClass(const std::string& symbol) const { return newClasses_.contains(symbol); }
 
-    /// What the limb of a module is called now: `index` none where it stood alone in its class.
+    /// Of a former class.
+    [[nodiscard]] const ClassLayout& formerLayout(const std::string& symbol) const { return layoutOf_.at(symbol); }
+
+    /// What the limb of a module is called now: `index` counts where there is only one too.
     struct NewModule
     {
         std::string symbol;
         std::uint32_t index = 0;
-        std::size_t parameters = 0;
+        ClassLayout layout;
     };
     [[nodiscard]] const NewModule& moduleOf(const std::string& symbol, std::uint32_t index) const
     {
@@ -120,22 +158,28 @@ public:
 
 private:
     std::map<std::string, std::vector<std::uint32_t>> rulesOf_;
-    std::vector<NewModule> newModules_; ///< Of each new rule.
+    std::map<std::string, ClassLayout> layoutOf_; ///< Of each former class.
+    std::vector<NewModule> newModules_;           ///< Of each new rule.
     std::set<std::string> newClasses_;
 };
 
-/// How the indices of a rule's limbs change from its former grammar to the new one.
-struct IndexChange
+/// How the parameters of a rule change from its former grammar to the new one.
+struct ParameterChange
 {
     const RuleIdentities* identities = nullptr;
     std::string symbol; ///< Of the rule, formerly.
-    bool alone = false; ///< Its new rules have no parameter.
+    ClassLayout former;
+    ClassLayout now;
 
-    [[nodiscard]] std::uint32_t indexNow(double former) const
+    [[nodiscard]] bool isIndex(const ExpressionNode& node) const
     {
-        if (!(former >= 0 && former < 4e9 && former == std::floor(former)))
+        return former.index && node.op == ExpressionOp::Parameter && node.first == 0;
+    }
+    [[nodiscard]] std::uint32_t indexNow(double number) const
+    {
+        if (!(number >= 0 && number < 4e9 && number == std::floor(number)))
             throw Uncarried{"its weight or condition names a limb by a number that is none"};
-        return identities->moduleOf(symbol, static_cast<std::uint32_t>(former)).index;
+        return identities->moduleOf(symbol, static_cast<std::uint32_t>(number)).index;
     }
 };
 
@@ -147,8 +191,8 @@ public:
         : from_(from), to_(to), identities_(identities)
     {}
 
-    /// `change`: of the rule that the expression belongs to, if its numbers change.
-    ExpressionId expression(ExpressionId id, const IndexChange* change) const
+    /// `change`: of the rule that the expression belongs to, if its parameters may change.
+    ExpressionId expression(ExpressionId id, const ParameterChange* change) const
     {
         using enum ExpressionOp;
         if (id == kNoExpression)
@@ -164,16 +208,20 @@ public:
                 throw Uncarried{"the constant " + from_.constants[node.first].name + ", which it uses, is gone"};
             return to_.expressions.reference(Constant, static_cast<std::uint32_t>(found - to_.constants.begin()));
         }
-        const auto isIndex = [&](const ExpressionNode& of) { return of.op == Parameter && of.first == 0; };
-        if (isIndex(node) && change)
+        if (node.op == Parameter && change && node.first < change->former.size())
         {
-            if (change->alone)
-                throw Uncarried{"its limb is the only one of its class now, and has no number"};
-            (void)identities_->classOf(change->symbol, true); // where it is not only told from others by `==`
+            const auto position = change->former.positionIn(change->now, node.first);
+            if (change->isIndex(node))
+            {
+                if (!position)
+                    throw Uncarried{"its limb is the only one of its class now, and has no number"};
+                (void)identities_->classOf(change->symbol, true); // where it is not only told from others by `==`
+            }
+            return position ? to_.expressions.reference(Parameter, *position) : to_.expressions.number(0);
         }
         if (node.op == Parameter)
             return to_.expressions.add(node);
-        if (change && !change->alone && node.op == Equal && isIndex(from_.expressions[node.first]) &&
+        if (change && change->now.index && node.op == Equal && change->isIndex(from_.expressions[node.first]) &&
             from_.expressions[node.second].op == Number)
         {
             const ExpressionId parameter = to_.expressions.reference(Parameter, 0);
@@ -186,7 +234,7 @@ public:
     }
 
     /// A word whose limbs go by the names they have now.
-    std::vector<Module> word(const std::vector<Module>& modules, const IndexChange* change) const
+    std::vector<Module> word(const std::vector<Module>& modules, const ParameterChange* change) const
     {
         std::vector<Module> copied;
         for (const Module& module : modules)
@@ -194,7 +242,7 @@ public:
             const std::string& name = from_.symbols.name(module.symbol);
             if (identities_ && identities_->wasClass(name))
             {
-                copied.push_back(limb(module, name));
+                copied.push_back(limb(module, name, change));
                 continue;
             }
             copied.push_back(withArguments(module, ownSymbol(name), change));
@@ -225,25 +273,47 @@ public:
     }
 
 private:
-    Module limb(const Module& module, const std::string& name) const
+    /// A limb by the name and number it has now, in the same direction.
+    Module limb(const Module& module, const std::string& name, const ParameterChange* change) const
     {
-        if (module.argumentCount > 1)
-            throw Uncarried{name + " has more than a limb's number"};
-        const ExpressionId argument = module.argumentCount == 1 ? from_.arguments[module.firstArgument] : kNoExpression;
-        const bool isNumber = argument != kNoExpression && from_.expressions[argument].op == ExpressionOp::Number;
-        if (argument != kNoExpression && !isNumber)
-            return withArguments(module, to_.symbols.intern(identities_->classOf(name, true).symbol), nullptr);
-        const double number = isNumber ? from_.expressions[argument].value : 0;
-        const auto index = static_cast<std::uint32_t>(std::clamp(number, 0.0, 4e9));
+        const ClassLayout former = identities_->formerLayout(name);
+        if (module.argumentCount != former.size())
+            throw Uncarried{name + " has more or fewer arguments than its rules have parameters"};
+        const auto argument = [&](std::uint32_t i) { return from_.arguments[module.firstArgument + i]; };
+        std::uint32_t index = 0;
+        if (former.index)
+        {
+            const ExpressionNode& number = from_.expressions[argument(0)];
+            if (number.op != ExpressionOp::Number) // any of the class
+            {
+                const RuleIdentities::NewModule now = identities_->classOf(name, true);
+                if (!(now.layout == former))
+                    throw Uncarried{"the limbs of " + name + " have other parameters now"};
+                return withArguments(module, to_.symbols.intern(now.symbol), change);
+            }
+            index = static_cast<std::uint32_t>(std::clamp(number.value, 0.0, 4e9));
+        }
         const RuleIdentities::NewModule& now = identities_->moduleOf(name, index);
-        Module copied{to_.symbols.intern(now.symbol), static_cast<std::uint32_t>(to_.arguments.size()),
-                      now.parameters == 0 ? 0u : 1u};
-        if (copied.argumentCount == 1)
-            to_.arguments.push_back(to_.expressions.number(now.index));
-        return copied;
+        std::vector<ExpressionId> arguments(now.layout.size(), kNoExpression);
+        if (now.layout.index)
+            arguments[0] = to_.expressions.number(now.index);
+        for (std::uint32_t i = former.index ? 1 : 0; i < former.size(); ++i)
+        {
+            if (const auto position = former.positionIn(now.layout, i))
+                arguments[*position] = expression(argument(i), change);
+            else if (const ExpressionNode& node = from_.expressions[argument(i)];
+                     node.op != ExpressionOp::Number || node.value != 0)
+                throw Uncarried{"limbs like " + name + " are no longer turned that way anywhere"};
+        }
+        for (ExpressionId& missing : arguments)
+            if (missing == kNoExpression)
+                missing = to_.expressions.number(0);
+        const auto first = static_cast<std::uint32_t>(to_.arguments.size());
+        to_.arguments.insert(to_.arguments.end(), arguments.begin(), arguments.end());
+        return {to_.symbols.intern(now.symbol), first, static_cast<std::uint32_t>(arguments.size())};
     }
 
-    Module withArguments(const Module& module, SymbolId symbol, const IndexChange* change) const
+    Module withArguments(const Module& module, SymbolId symbol, const ParameterChange* change) const
     {
         std::vector<ExpressionId> arguments;
         for (std::uint32_t i = 0; i < module.argumentCount; ++i)
@@ -311,8 +381,9 @@ std::vector<double> constantsWith(const Grammar& grammar, double w)
 
 double valueAt(const Grammar& grammar, ExpressionId id, double i, const std::vector<double>& constants)
 {
+    const double parameters[] = {i, 0, 0}; // as many as a class of limbs ever has
     ExpressionScope scope;
-    scope.parameters = &i;
+    scope.parameters = parameters;
     scope.constants = constants.data();
     return evaluate(grammar.expressions, id, scope);
 }
@@ -537,7 +608,7 @@ private:
 
     /// Our word, if inference did not change it too.
     std::vector<Module> threeWay(const std::vector<Module>& base, const std::vector<Module>& ours,
-                                 const std::vector<Module>& theirs, const IndexChange* change, bool regardless)
+                                 const std::vector<Module>& theirs, const ParameterChange* change, bool regardless)
     {
         std::vector<Module> mine = fromOurs_.word(ours, change);
         if (regardless || keyOf(result, mine) == keyOf(result, theirs))
@@ -545,7 +616,7 @@ private:
         bool theyChanged = true;
         try
         {
-            theyChanged = keyOf(result, fromBase_.word(base, nullptr)) != keyOf(result, theirs);
+            theyChanged = keyOf(result, fromBase_.word(base, change)) != keyOf(result, theirs);
         }
         catch (const Uncarried&)
         {} // it named what is gone
@@ -580,7 +651,8 @@ private:
         locked[t] = isLocked;
         const Production& theirs = theirs_.productions[t];
         Production merged = fromTheirs_.production(theirs);
-        const IndexChange change{&identities_, base_.symbols.name(base.predecessor), theirs.parameters.empty()};
+        const ParameterChange change{&identities_, base_.symbols.name(base.predecessor),
+                                     ClassLayout::of(base.parameters), ClassLayout::of(theirs.parameters)};
         // What was edited and what was not are carried apart, so that one conflict does not take all with it.
         if (isLocked || baseKey.successor != ourKey.successor)
             carry(baseText, ourText, [&] {
@@ -601,14 +673,14 @@ private:
     }
 
     ExpressionId weight(const Production& base, const Production& ours, const Production& theirs,
-                        ExpressionId theirWeight, const IndexChange& change, bool isLocked)
+                        ExpressionId theirWeight, const ParameterChange& change, bool isLocked)
     {
         using enum ExpressionOp;
         ExpressionPool& pool = result.expressions;
         if (ours.weight == kNoExpression)
             return kNoExpression;
         if (isLocked)
-            return change.alone && usesParameters(ours_.expressions, ours.weight)
+            return !change.now.index && usesParameters(ours_.expressions, ours.weight)
                        ? kNoExpression // it is taken whatever it weighs
                        : fromOurs_.expression(ours.weight, &change);
         const ExpressionNode node = ours_.expressions[ours.weight];
@@ -629,7 +701,9 @@ private:
         if (base.weight != kNoExpression && node.op == Number && base_.expressions[base.weight].op == Number &&
             base_.expressions[base.weight].value != 0 && theirWeight != kNoExpression)
             return byFactor(node.value / base_.expressions[base.weight].value, theirWeight);
-        const auto isOfLimbs = [](const Production& rule) { return rule.parameters.size() == 1 && !rule.hasContext(); };
+        const auto isOfLimbs = [&](const Production& rule) {
+            return change.former.index && rule.parameters.size() == base.parameters.size() && !rule.hasContext();
+        };
         const auto inferred = kinWeight(base_, base.weight);
         if (inferred && isOfLimbs(base) && isOfLimbs(ours))
             if (const auto factors = weightFactors(base_, *inferred, *keyOf(base_, base).index, ours_, ours.weight))
@@ -708,23 +782,39 @@ private:
         }
     }
 
+    /// The parameters of a class, by the names that people gave them.
+    static std::vector<std::string> parametersNow(const std::vector<std::string>& ours, const ParameterChange& change)
+    {
+        std::vector<std::string> names;
+        const auto name = [&](bool isNow, const char* usual) {
+            if (isNow)
+                names.emplace_back(usual);
+        };
+        name(change.now.index, "i");
+        name(change.now.turn, "turn");
+        name(change.now.roll, "roll");
+        for (std::uint32_t i = 0; i < ours.size(); ++i)
+            if (const auto position = change.former.positionIn(change.now, i))
+                names[*position] = ours[i];
+        return names;
+    }
+
     /// A rule that people wrote: of a symbol of their own, or one more of a class.
     Production ownProduction(const Production& ours)
     {
         Production copied = ours;
         copied.place = {};
         const std::string& name = ours_.symbols.name(ours.predecessor);
-        IndexChange change{&identities_, name, false};
+        ParameterChange change{&identities_, name, {}, {}};
         const bool isClass = identities_.wasClass(name);
         if (isClass)
         {
             const RuleIdentities::NewModule now = identities_.classOf(name, false);
             copied.predecessor = result.symbols.intern(now.symbol);
-            change.alone = now.parameters == 0;
-            if (now.parameters == 0)
-                copied.parameters.clear();
-            else if (ours.parameters.empty())
-                copied.parameters = {"i"};
+            change.former = identities_.formerLayout(name);
+            change.now = now.layout;
+            if (ours.parameters.size() == change.former.size())
+                copied.parameters = parametersNow(ours.parameters, change);
         }
         else
             copied.predecessor = fromOurs_.ownSymbol(name);
@@ -736,7 +826,7 @@ private:
                                     ? result.symbols.intern(identities_.classOf(symbol, false).symbol)
                                     : fromOurs_.ownSymbol(symbol);
             }
-        const IndexChange* const mine = isClass ? &change : nullptr;
+        const ParameterChange* const mine = isClass ? &change : nullptr;
         copied.successor = fromOurs_.word(ours.successor, mine);
         for (ExpressionId* id : {&copied.condition, &copied.weight})
             *id = fromOurs_.expression(*id, mine);

@@ -96,5 +96,15 @@ TEST(Divergence, OnTheCircleItIsTheBestRotation)
     }
 }
 
+TEST(Divergence, DeviationsAreThoseOfTheirDefinitions)
+{
+    EXPECT_DOUBLE_EQ(deviationOf(std::vector{2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0}), 2.0);
+    EXPECT_EQ(deviationOf({}), 0);
+    // Round 0 it makes no difference on which side of it the numbers begin anew.
+    EXPECT_NEAR(circularDeviationOf(std::vector{350.0, 10.0}), 10.0, 1e-9);
+    EXPECT_NEAR(circularDeviationOf(std::vector{-10.0, 370.0}), 10.0, 1e-9);
+    EXPECT_EQ(circularDeviationOf({}), 0);
+}
+
 } // namespace
 } // namespace espalier

@@ -22,8 +22,8 @@ struct Scene
         for (const Template& piece : archetype.library.templates)
             anchors.push_back(static_cast<std::uint32_t>(piece.anchors.size()));
         limbs = shareLimbs(archetype, anchorsOf(archetype), draws);
-        for (const std::uint32_t root : limbs.roots)
-            segments += limbs.limbs[root].segments / static_cast<double>(limbs.roots.size());
+        for (const LimbUse& root : limbs.roots)
+            segments += limbs.limbs[root.limb].segments / static_cast<double>(limbs.roots.size());
     }
 };
 
@@ -55,8 +55,8 @@ TEST(KinSimulation, GrowsTheDrawnTreesAtWeightZero)
         simulation.drawn(seed % 3, drawn);
         EXPECT_EQ(grown.topology, drawn.topology);
         EXPECT_EQ(grown.shape.labels, drawn.shape.labels);
-        EXPECT_EQ(grown.segments, scene.limbs.limbs[scene.limbs.roots[seed % 3]].segments);
-        EXPECT_EQ(grown.depth, scene.limbs.limbs[scene.limbs.roots[seed % 3]].height);
+        EXPECT_EQ(grown.segments, scene.limbs.limbs[scene.limbs.roots[seed % 3].limb].segments);
+        EXPECT_EQ(grown.depth, scene.limbs.limbs[scene.limbs.roots[seed % 3].limb].height);
     }
 }
 

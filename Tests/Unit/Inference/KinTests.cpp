@@ -26,8 +26,8 @@ Species speciesOf(const Archetype& archetype, const KinLevel& level, double weig
 {
     const LimbTable limbs = shareLimbs(archetype, anchorsOf(archetype), segmentsDrawn(archetype.library));
     double segments = 0;
-    for (const std::uint32_t root : limbs.roots)
-        segments += limbs.limbs[root].segments;
+    for (const LimbUse& root : limbs.roots)
+        segments += limbs.limbs[root.limb].segments;
     KinClasses classes = classify(limbs, level, segments / static_cast<double>(limbs.roots.size()));
     classes.weight = weight;
     Species species;
@@ -127,6 +127,43 @@ TEST(Kin, HoldsTheDrawnTreesExactlyAtEveryWeight)
     const Archetype thesis = samples::thesis();
     EXPECT_FALSE(Grower::makeExemplar(inferred(thesis, {.preset = "helberg"})));
     EXPECT_FALSE(Grower::makeExemplar(Species{}));
+}
+
+TEST(Kin, GrowsGraftedBranchesInTheDirectionOfTheirPlaces)
+{
+    // Four branches of one class that differ by what they carry, each at a place with a direction of its own.
+    const Archetype archetype = samples::read("trunk: F[+(90)FA]F[+(90)FB]F[+(90)FC]F[+(90)FD]\nlimb: F[+FX]FY\ntip: F",
+                                              R"({"template":"trunk","children":{
+                          "A":{"template":"limb","rotation":10,"roll":0,"children":{"X":{"template":"tip"}}},
+                          "B":{"template":"limb","rotation":-20,"roll":90,"children":{"Y":{"template":"tip"}}},
+                          "C":{"template":"limb","rotation":30,"roll":180,"scaling":1.25,"children":{"X":{"template":"tip"}}},
+                          "D":{"template":"limb","rotation":-40,"roll":270,"branchingAngle":20,"children":{"Y":{"template":"tip"}}}}})");
+    Species species = speciesOf(archetype, kinLevels().back(), 1.0);
+    for (TransformTable& table : species.tables)
+        table.spread = {}; // the directions themselves
+    const Skeleton skeleton = drawArchetype(archetype).value();
+    // Heading and left of the first segments of the limbs, in the order of their places.
+    const auto directions = [](const Skeleton& tree) {
+        std::vector<Vec3> found;
+        std::uint32_t last = 0;
+        for (std::size_t i = 0; i < tree.size(); ++i)
+            if (tree.instances[i] != last && tree.instanceRecords[tree.instances[i]].parent == 0)
+            {
+                last = tree.instances[i];
+                found.push_back(tree.headings[i]);
+                found.push_back(tree.lefts[i]);
+            }
+        return found;
+    };
+    ASSERT_EQ(directions(skeleton).size(), 8u);
+    std::set<std::vector<float>> shapes;
+    for (std::uint64_t seed = 0; seed < 50; ++seed)
+    {
+        const Skeleton grown = grow(species, Seed{seed}).value();
+        EXPECT_EQ(directions(grown), directions(skeleton)) << "seed " << seed;
+        shapes.insert(grown.lengths);
+    }
+    EXPECT_GT(shapes.size(), 1u);
 }
 
 TEST(Kin, ExpectsEachDrawnInstanceOnceAtEveryWeightAndLevel)

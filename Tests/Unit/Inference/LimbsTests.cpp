@@ -9,31 +9,45 @@ namespace espalier {
 
 namespace {
 
-/// Whether two branches of an archetype are equal, compared all the way up.
+bool sameDirection(const InstanceTransform& a, const InstanceTransform& b)
+{
+    return a.rotation == b.rotation && a.roll == b.roll;
+}
+
+/// Whether two branches of an archetype are equal, whichever way they point, compared all the way up.
 bool equalBranches(const Archetype& archetype, const AnchorTable& anchors, std::uint32_t a, std::uint32_t b)
 {
     if (a == kNoInstance || b == kNoInstance)
         return a == b;
     const TemplateInstance& first = archetype.instances[a];
     const TemplateInstance& second = archetype.instances[b];
-    if (first.piece != second.piece || !(first.transform == second.transform))
+    if (first.piece != second.piece || first.transform.scaling != second.transform.scaling ||
+        first.transform.branchingAngle != second.transform.branchingAngle)
         return false;
     for (std::uint32_t i = 0; i < archetype.library.templates[first.piece].anchors.size(); ++i)
-        if (!equalBranches(archetype, anchors, anchors.children[anchors.firstChild[a] + i],
-                           anchors.children[anchors.firstChild[b] + i]))
+    {
+        const std::uint32_t one = anchors.children[anchors.firstChild[a] + i];
+        const std::uint32_t other = anchors.children[anchors.firstChild[b] + i];
+        if (!equalBranches(archetype, anchors, one, other))
             return false;
+        if (one != kNoInstance &&
+            !sameDirection(archetype.instances[one].transform, archetype.instances[other].transform))
+            return false;
+    }
     return true;
 }
 
 /// Whether a limb describes a branch.
-bool describes(const LimbTable& table, std::uint32_t limb, const Archetype& archetype, const AnchorTable& anchors,
+bool describes(const LimbTable& table, const LimbUse& use, const Archetype& archetype, const AnchorTable& anchors,
                std::uint32_t instance)
 {
-    if (limb == kNoInstance || instance == kNoInstance)
-        return limb == instance;
-    const Limb& found = table.limbs[limb];
-    if (found.piece != archetype.instances[instance].piece ||
-        !(found.transform == archetype.instances[instance].transform))
+    if (use.limb == kNoInstance || instance == kNoInstance)
+        return use.limb == instance;
+    const Limb& found = table.limbs[use.limb];
+    const InstanceTransform& transform = archetype.instances[instance].transform;
+    if (found.piece != archetype.instances[instance].piece || found.scaling != transform.scaling ||
+        found.branchingAngle != transform.branchingAngle ||
+        !(use.direction == LimbDirection{transform.rotation, transform.roll}))
         return false;
     for (std::uint32_t i = 0; i < archetype.library.templates[found.piece].anchors.size(); ++i)
         if (!describes(table, table.children[found.firstChild + i], archetype, anchors,
@@ -65,6 +79,10 @@ TEST(Limbs, AreTheDistinctBranches)
         const AnchorTable anchors = anchorsOf(archetype);
         const LimbTable table = shareLimbs(archetype, anchors, segmentsDrawn(archetype.library));
 
+        const auto directionOf = [&](std::uint32_t instance) {
+            const InstanceTransform& transform = archetype.instances[instance].transform;
+            return LimbDirection{transform.rotation, transform.roll};
+        };
         std::vector<std::uint32_t>
             firsts; // one instance of each distinct branch, in the order of their first occurrence
         std::vector<std::uint32_t> counts;
@@ -84,7 +102,7 @@ TEST(Limbs, AreTheDistinctBranches)
         for (std::uint32_t limb = 0; limb < firsts.size(); ++limb)
         {
             EXPECT_EQ(table.limbs[limb].count, counts[limb]) << "seed " << seed << " limb " << limb;
-            EXPECT_TRUE(describes(table, limb, archetype, anchors, firsts[limb]))
+            EXPECT_TRUE(describes(table, {limb, directionOf(firsts[limb])}, archetype, anchors, firsts[limb]))
                 << "seed " << seed << " limb " << limb;
         }
         ASSERT_EQ(table.roots.size(), anchors.roots.size());
@@ -97,8 +115,8 @@ TEST(Limbs, KnowTheirSizeAndHeight)
 {
     const Archetype archetype = samples::thesis();
     const LimbTable table = shareLimbs(archetype, anchorsOf(archetype), segmentsDrawn(archetype.library));
-    EXPECT_EQ(table.limbs[table.roots[0]].segments, 55u);
-    EXPECT_EQ(table.limbs[table.roots[0]].height, 6u);
+    EXPECT_EQ(table.limbs[table.roots[0].limb].segments, 55u);
+    EXPECT_EQ(table.limbs[table.roots[0].limb].height, 6u);
     EXPECT_EQ(std::accumulate(table.limbs.begin(), table.limbs.end(), 0u,
                               [](std::uint32_t sum, const Limb& limb) { return sum + limb.count; }),
               17u);
@@ -116,7 +134,7 @@ TEST(Limbs, ClassByTemplateSizeAndHeight)
     {
         const Archetype archetype = seed == 0 ? samples::chain(600) : samples::randomArchetype(Seed{seed}, 10 * seed);
         const LimbTable table = shareLimbs(archetype, anchorsOf(archetype), segmentsDrawn(archetype.library));
-        const double total = table.limbs[table.roots[0]].segments;
+        const double total = table.limbs[table.roots[0].limb].segments;
         for (const KinLevel& level : kinLevels())
         {
             const KinClasses classes = classify(table, level, total);

@@ -101,7 +101,7 @@ Archetype with(const Archetype& archetype, std::uint32_t parent, const std::stri
 
 // The thesis' tree, by template alone:
 // III(2), instance 11, carries VIII(2), instance 12, which ends there.
-const std::string kRule = "III(i) -> +(r)F(s)+(b)F(s)VIII(2) : ";
+const std::string kRule = "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(2, 0) : ";
 const std::string kWeight = "(i==2)*(1-w)+w/4";
 const std::string kDraw = " : ~ III(2)";
 
@@ -121,6 +121,38 @@ TEST(RuleEdits, ReadBackWhatIsPrinted)
         EXPECT_EQ(*commented, species.grammar) << "seed " << seed;
         EXPECT_EQ(parseSpecies(printSpecies(species), "file").value(), species) << "seed " << seed;
     }
+}
+
+TEST(RuleEdits, KeepDirectionsThatWereTurned)
+{
+    const std::string trunk = "VII -> F(s)[-(b)F(s)III(0, 20)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20) : ~ VII(0)";
+    Species species = inferred(samples::thesis());
+    edit(species, trunk, "VII -> F(s)[-(b)F(s)III(0, 35)][F(s)VI(0, 20)]+(b)F(s)VI(2-1, -20*2) : ~ VII(0)");
+    // VI(2-1, ...) may be any of its class.
+    const CarriedEdits same = again(species, samples::thesis());
+    EXPECT_TRUE(same.conflicts.empty());
+    EXPECT_TRUE(has(species, "VII -> F(s)[-(b)F(s)III(0, 35)][F(s)VI(0, 20)]+(b)F(s)VI(2-1, -20*2) : ~ VII(0)"));
+
+    // On finer classes the limb has no number, and keeps its direction.
+    species = inferred(samples::thesis());
+    edit(species, trunk, "VII -> F(s)[-(b)F(s)III(0, 35)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20*2) : ~ VII(0)");
+    edit(species, kRule, "III(i, t) -> +(2*t+r)F(s)+(b)F(s)VIII(2, t) : ");
+    const CarriedEdits finer = again(species, samples::thesis(), 0.5, 0.0);
+    EXPECT_TRUE(finer.conflicts.empty());
+    EXPECT_TRUE(has(species, "VII -> F(s)[-(b)F(s)III(35)][F(s)VI(20)]+(b)F(s)VI2(-20*2) : ~ VII(0)"))
+        << printWithOrigins(species);
+    EXPECT_TRUE(has(species, "III2(i, t) -> +(2*t+r)F(s)+(b)F(s)VIII(1, t) : (i==1)*(1-w)+w/3 : ~ III(2)"))
+        << printWithOrigins(species);
+
+    // Where a roll is drawn somewhere else in the class, all of its places have one.
+    species = inferred(samples::thesis());
+    edit(species, trunk, "VII -> F(s)[-(b)F(s)III(0, 35)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20) : ~ VII(0)");
+    Archetype rolled = samples::thesis();
+    rolled.instances[11].transform.roll = 90;
+    const CarriedEdits deep = again(species, rolled);
+    EXPECT_TRUE(deep.conflicts.empty());
+    EXPECT_TRUE(has(species, "VII -> F(s)[-(b)F(s)III(0, 35, 0)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20) : ~ VII(0)"))
+        << printWithOrigins(species);
 }
 
 TEST(RuleEdits, TellHowOftenAndWhereRulesWereDrawn)
@@ -222,7 +254,7 @@ TEST(RuleEdits, CarryAWeightByItsFactorHoweverItIsWritten)
         const CarriedEdits dial = again(species, samples::thesis(), 0.75, kFine);
         EXPECT_EQ(dial.edits, 1u) << c.edited;
         EXPECT_TRUE(dial.conflicts.empty()) << c.edited;
-        EXPECT_TRUE(has(species, "III2(i) -> +(r)F(s)+(b)F(s)VIII(1) : " + c.atOtherDial + kDraw))
+        EXPECT_TRUE(has(species, "III2(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(1, 0) : " + c.atOtherDial + kDraw))
             << c.edited << "\n"
             << printWithOrigins(species);
         // And back again, twice, without growing.
@@ -239,15 +271,15 @@ TEST(RuleEdits, SurviveABranchMore)
     edit(species, kWeight + kDraw, "2*(" + kWeight + ")" + kDraw);
     edit(species, "(i==1)*(1-w)+w/4 : ~ IV(1)", "3*((i==1)*(1-w)+w/4) : ~ IV(1)");
     // The trunk carries all, so its limb is another one; but it stands where it stood.
-    edit(species, "VII -> F(s)[-(b)F(s)III(0)][F(s)VI(0)]+(b)F(s)VI(1) : ~ VII(0)",
-         "VII -> F(s)[-(b)F(s)III(0)][F(s)VI(0)]+(b)F(s)VI(1) : 5 : ~ VII(0)");
+    edit(species, "VII -> F(s)[-(b)F(s)III(0, 20)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20) : ~ VII(0)",
+         "VII -> F(s)[-(b)F(s)III(0, 20)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20) : 5 : ~ VII(0)");
     // A first III on the way: all that follow are numbered otherwise.
     const CarriedEdits carried = again(species, with(samples::thesis(), 2, "III"));
     EXPECT_EQ(carried.edits, 3u);
     EXPECT_TRUE(carried.conflicts.empty()) << carried.conflicts[0].reason;
     const std::string text = printWithOrigins(species);
-    EXPECT_TRUE(has(species, "III(i) -> +(r)F(s)+(b)F(s)VIII(2) : 2*((i==2)*(1-w)+w/5) : ~ III(2)") ||
-                has(species, "III(i) -> +(r)F(s)+(b)F(s)VIII(2) : 2*((i==3)*(1-w)+w/5) : ~ III(3)"))
+    EXPECT_TRUE(has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(2, 0) : 2*((i==2)*(1-w)+w/5) : ~ III(2)") ||
+                has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(2, 0) : 2*((i==3)*(1-w)+w/5) : ~ III(3)"))
         << text;
     EXPECT_NE(text.find("3*((i=="), std::string::npos) << text;
     EXPECT_NE(text.find(" : 5 : ~ VII(0)"), std::string::npos) << text;
@@ -289,7 +321,7 @@ TEST(RuleEdits, AddedRulesStayWhereTheirSymbolsDo)
 {
     Species species = inferred(samples::thesis());
     edit(species, "symbols: ", "symbols: Bud ");
-    edit(species, kRule, "III(i) -> F(s)Bud(2)VIII(3) : w/8 : ~ III(1)\nBud(x) -> F(x)\n" + kRule);
+    edit(species, kRule, "III(i, turn) -> F(s)Bud(2)VIII(3, 0) : w/8 : ~ III(1)\nBud(x) -> F(x)\n" + kRule);
     EXPECT_EQ(summarizeEdits(species).added, 2u);
     const CarriedEdits carried = again(species, samples::thesis(), 0.75, kFine);
     // In finer classes the four limbs III are no longer kin: to which of them one more look belongs, nobody knows.
@@ -299,23 +331,23 @@ TEST(RuleEdits, AddedRulesStayWhereTheirSymbolsDo)
 
     species = inferred(samples::thesis());
     edit(species, "symbols: ", "symbols: Bud ");
-    edit(species, kRule, "III(i) -> F(s)Bud(2)VIII(3) : w/8 : ~ III(1)\nBud(x) -> F(x)\n" + kRule);
+    edit(species, kRule, "III(i, turn) -> F(s)Bud(2)VIII(3, 0) : w/8 : ~ III(1)\nBud(x) -> F(x)\n" + kRule);
     EXPECT_TRUE(again(species, with(samples::thesis(), 2, "VIII"), 0.75).conflicts.empty());
     EXPECT_EQ(summarizeEdits(species).added, 2u);
     const std::string text = printWithOrigins(species);
-    EXPECT_TRUE(has(species, "III(i) -> F(s)Bud(2)VIII(4) : w/8 : ~ III(1)") ||
-                has(species, "III(i) -> F(s)Bud(2)VIII(3) : w/8 : ~ III(1)"))
+    EXPECT_TRUE(has(species, "III(i, turn) -> F(s)Bud(2)VIII(4, 0) : w/8 : ~ III(1)") ||
+                has(species, "III(i, turn) -> F(s)Bud(2)VIII(3, 0) : w/8 : ~ III(1)"))
         << text;
 }
 
 TEST(RuleEdits, CarryASuccessorWithTheNumbersItsLimbsHaveNow)
 {
     Species species = inferred(samples::thesis());
-    edit(species, kRule, "III(i) -> +(r)F(s)F(s)+(b)F(s)VIII(3) : ");
+    edit(species, kRule, "III(i, turn) -> +(turn+r)F(s)F(s)+(b)F(s)VIII(3, 0) : ");
     EXPECT_EQ(summarizeEdits(species).changed, 1u);
     const CarriedEdits carried = again(species, samples::thesis(), 0.75, kFine);
     EXPECT_TRUE(carried.conflicts.empty());
-    EXPECT_TRUE(has(species, "III2(i) -> +(r)F(s)F(s)+(b)F(s)VIII(2) : (i==1)*(1-w)+w/3 : ~ III(2)"))
+    EXPECT_TRUE(has(species, "III2(i, turn) -> +(turn+r)F(s)F(s)+(b)F(s)VIII(2, 0) : (i==1)*(1-w)+w/3 : ~ III(2)"))
         << printWithOrigins(species);
     // Without what it names, and where inference says something else too, it cannot be carried.
     Species gone = species;
@@ -357,7 +389,7 @@ TEST(RuleEdits, LeaveLockedRulesAsTheyAre)
     EXPECT_EQ(carried.locks, 4u);
     EXPECT_TRUE(carried.conflicts.empty());
     EXPECT_TRUE(has(species, kRule + kWeight + kDraw) ||
-                has(species, "III(i) -> +(r)F(s)+(b)F(s)VIII(2) : (i==3)*(1-w)+w/4 : ~ III(3)"))
+                has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(2, 0) : (i==3)*(1-w)+w/4 : ~ III(3)"))
         << printWithOrigins(species);
     EXPECT_EQ(lockRules(species, "VI", false).value(), 3u);
     EXPECT_EQ(summarizeEdits(species).locked, 1u);
