@@ -21,6 +21,7 @@ struct InferOptions
     std::optional<double> ruleWeight;
     std::string name;
     bool trace = false;
+    bool explain = false;
     bool fresh = false;
     TemplateFolders templates;
 };
@@ -113,8 +114,10 @@ void carry(const Species& former, Species& species, const std::string& path)
 
 void infer(const InferOptions& options)
 {
-    if (options.output.empty() && !options.trace)
-        failUsage("infer: expected -o S.species, or --trace to see the grammar only");
+    if (options.output.empty() && !options.trace && !options.explain)
+        failUsage("infer: expected -o S.species, or --trace or --explain to see the grammar or the reasons only");
+    if (options.explain && options.preset != "kin")
+        failUsage("infer: --explain tells of the preset kin; " + options.preset + " has --trace");
     for (const std::optional<double>& weight : {options.mergeWeight, options.ruleWeight})
         if (weight && !std::isfinite(*weight))
             failUsage("infer: expected a weight from 0 to 1");
@@ -138,13 +141,15 @@ void infer(const InferOptions& options)
         inference.trace = [](std::string_view pass, const std::string& summary, const std::string& grammar) {
             std::cout << "# " << pass << ": " << summary << '\n' << grammar << '\n';
         };
+    if (options.explain)
+        inference.explain = [](const Explanation& explanation) { std::cout << printExplanation(explanation); };
     Species species = orFail(inferSpecies(archetypes, inference));
     if (options.output.empty())
         return;
     if (former)
         carry(*former, species, options.output);
     orFail(saveSpecies(options.output, species));
-    if (!options.trace)
+    if (!options.trace && !options.explain)
         std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances, "
                   << species.grammar.productions.size() << " productions, merge weight "
                   << species.provenance.mergeWeight << (options.mergeWeight ? "" : " (chosen)") << '\n';
@@ -174,6 +179,8 @@ void addInfer(CLI::App& app)
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
     verb->add_flag("--fresh", options->fresh,
                    "Overwrite S.species whatever it holds; else its edits and locks are carried over");
+    verb->add_flag("--explain", options->explain,
+                   "Print why: the classes that were tried, and what became one, with its gain in bits");
     verb->add_flag("--trace", options->trace, "Print the grammar after each pass");
     options->templates.addTo(*verb);
     verb->callback([options] { infer(*options); });

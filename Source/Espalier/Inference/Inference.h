@@ -3,6 +3,7 @@
 #include <Espalier/Archetype/Archetype.h>
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Progress.h>
+#include <Espalier/Inference/Explanation.h>
 #include <Espalier/Species/Species.h>
 #include <functional>
 #include <optional>
@@ -32,6 +33,9 @@ struct InferenceOptions
 
     /// Called after each pass with its name, what it came to in a sentence, and the grammar as text.
     std::function<void(std::string_view pass, const std::string& summary, const std::string& grammar)> trace{};
+
+    /// Called at the end with the reasons for the rules; kin only.
+    std::function<void(const Explanation& explanation)> explain{};
 };
 
 /// Infers the rules behind one or more archetypes of a kind. The archetypes may use different libraries; templates of

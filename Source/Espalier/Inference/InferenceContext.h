@@ -1,10 +1,12 @@
 #pragma once
 
 #include <Espalier/Inference/Draft.h>
+#include <Espalier/Inference/Explanation.h>
 #include <Espalier/Inference/Inference.h>
 #include <Espalier/Inference/Limbs.h>
 #include <optional>
 #include <span>
+#include <vector>
 
 namespace espalier {
 
@@ -21,6 +23,7 @@ struct InferenceContext
     LimbTable limbs;                    ///< kin: the distinct limbs.
     KinClasses classes;                 ///< kin: which limbs may stand for each other.
     std::optional<GrowthWindow> window; ///< kin: accepted sizes and depths.
+    std::vector<Explanation::Level> levels; ///< kin: that were tried.
 
     Species species; ///< The result.
     std::string summary;
@@ -41,5 +44,6 @@ Expected<void> estimatePerTemplate(InferenceContext& context); ///< Tables of tr
 Expected<void> shareIdenticalLimbs(InferenceContext& context); ///< Hash-consing: equal limbs become one.
 Expected<void> classKin(InferenceContext& context);    ///< Which limbs are kin, and how freely they are exchanged.
 Expected<void> estimateKin(InferenceContext& context); ///< Whole transforms by limb; the window of accepted sizes.
+[[nodiscard]] Explanation explainKin(const InferenceContext& context); ///< After its passes.
 
 } // namespace espalier

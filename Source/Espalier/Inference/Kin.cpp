@@ -122,15 +122,17 @@ Expected<std::vector<KinRule>> writeKin(const InferenceContext& context, const K
 
 /// By how much a trial's trees miss the bars of relatives, each miss as a share of what is asked; 0 where all hold, or
 /// where growing enough trees to tell would take long.
-Expected<double> shortfallOf(const InferenceContext& context, const KinTrial& trial)
+Expected<KinShortfall> shortfallOf(const InferenceContext& context, const KinTrial& trial)
 {
     constexpr std::uint32_t kMostInstances = 500;
     constexpr double kSegments = 6e5; ///< Of all trees that are grown.
     const Provenance& provenance = context.species.provenance;
     if (provenance.exemplarInstances > kMostInstances || provenance.exemplarSegments > 0.05 * kSegments)
-        return 0.0;
+        return KinShortfall{};
     Species species = context.species;
-    if (const auto written = writeKin(context, trial.classes, trial.window, species); !written)
+    KinClasses classes = trial.classes;
+    runAlikeLimbs(context.limbs, classes);
+    if (const auto written = writeKin(context, classes, trial.window, species); !written)
         return tl::make_unexpected(written.error());
     ComparisonOptions options;
     options.first = Seed{0x6b696e2074727565u}; // away from the small numbers that people use
@@ -140,14 +142,17 @@ Expected<double> shortfallOf(const InferenceContext& context, const KinTrial& tr
     const auto comparison = compare({&context.exemplars, 1}, species, options);
     if (!comparison)
         return tl::make_unexpected(comparison.error());
-    double missed = 0;
+    KinShortfall shortfall;
     for (const Bar& bar : barsOf(*comparison))
     {
         const double low = std::isfinite(bar.low) ? (bar.low - bar.value) / bar.low : 0;
         const double high = std::isfinite(bar.high) ? (bar.value - bar.high) / std::max(bar.high, 0.1) : 0;
-        missed += std::clamp(std::max(low, high), 0.0, 10.0);
+        const double miss = std::clamp(std::max(low, high), 0.0, 10.0);
+        shortfall.missed += miss;
+        if (miss > 0)
+            shortfall.bars.push_back(bar.measure + " " + formatNumber(std::round(1e3 * bar.value) / 1e3));
     }
-    return missed;
+    return shortfall;
 }
 
 std::string percent(double share)
@@ -183,13 +188,14 @@ Expected<void> classKin(InferenceContext& context)
         return levels[static_cast<std::size_t>(std::round(dial * static_cast<double>(levels.size() - 1)))];
     };
     const auto shortfall = [&](const KinTrial& trial) { return shortfallOf(context, trial); };
+    std::vector<KinTrial> tried;
     Expected<KinTrial> trial;
     if (options.ruleWeight && options.mergeWeight)
         trial = nursery.tryOut(coarseness(*options.ruleWeight), *options.mergeWeight);
     else
     {
-        trial =
-            options.ruleWeight ? nursery.calibrate(coarseness(*options.ruleWeight)) : nursery.chooseLevel(shortfall);
+        trial = options.ruleWeight ? nursery.calibrate(coarseness(*options.ruleWeight))
+                                   : nursery.chooseLevel(shortfall, tried);
         // The dial turns the weight on the level that suits the tree, so that it moves one thing only.
         if (trial && options.mergeWeight)
             trial = nursery.tryOut(std::move(trial->classes), *options.mergeWeight);
@@ -199,6 +205,11 @@ Expected<void> classKin(InferenceContext& context)
     KinTrial& chosen = *trial;
 
     context.classes = std::move(chosen.classes);
+    runAlikeLimbs(context.limbs, context.classes);
+    for (KinTrial& level : tried)
+        context.levels.push_back({describe(level.classes.level), level.classes.weight, level.difference, level.accepted,
+                                  level.equal, level.score, std::move(level.bars),
+                                  level.classes.level == context.classes.level});
     Species& species = context.species;
     context.window = std::move(chosen.window);
     const auto level = std::ranges::find(levels, context.classes.level);
@@ -227,7 +238,7 @@ Expected<void> estimateKin(InferenceContext& context)
     // Of more rules than anybody reads, the origins would only swell the file.
     constexpr std::size_t kMostOrigins = 16384;
     if (rules->size() <= kMostOrigins)
-        species.rules = originsOf(*rules, context.limbs, context.exemplars, context.anchors);
+        species.rules = originsOf(*rules, context.limbs, context.classes, context.exemplars, context.anchors);
     context.summary = std::to_string(species.grammar.productions.size()) + " productions over " +
                       std::to_string(species.tables.size()) + " tables of observed transforms";
     if (species.window)

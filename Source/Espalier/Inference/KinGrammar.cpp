@@ -41,7 +41,20 @@ std::array<double, 4> smoothing(std::span<const double> scalings, std::span<cons
     return spread;
 }
 
-LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& library, double weight)
+/// Calls function(class, number of the first limb, length) for each run of limbs that share a rule, in order.
+template <class Function>
+void forEachRun(const KinClasses& classes, std::uint32_t c, Function&& function)
+{
+    const auto size = static_cast<std::uint32_t>(classes.kin[c].size());
+    for (std::uint32_t first = 0, run = 0; first < size; ++run)
+    {
+        const std::uint32_t length = classes.runs.empty() ? 1 : classes.runs[c][run];
+        function(first, length);
+        first += length;
+    }
+}
+
+LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, const TemplateLibrary& library)
 {
     const std::size_t pieces = library.templates.size();
     struct Observed
@@ -73,22 +86,32 @@ LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& libra
             result.tableOf[limb.piece] = static_cast<std::uint32_t>(result.tables.size());
             result.tables.push_back({library.templates[limb.piece].name, {}});
         }
-        auto& rows = result.tables[result.tableOf[limb.piece]].rows;
-        const auto [entry, isNew] =
-            seen.rows.try_emplace({limb.scaling, limb.branchingAngle}, static_cast<std::uint32_t>(rows.size()));
-        if (isNew)
-            rows.push_back({limb.scaling, 0, limb.branchingAngle, 0});
-        result.rowOf.push_back(entry->second);
         seen.scalings.insert(seen.scalings.end(), limb.count, limb.scaling);
         seen.branchings.insert(seen.branchings.end(), limb.count, limb.branchingAngle);
         for (std::size_t a = 0; a < library.templates[limb.piece].anchors.size(); ++a)
             direct(limbs.children[limb.firstChild + a], limb.count);
     }
+    // A run has rows of its own, one behind the other; other limbs share what is equal.
+    result.rowOf.resize(limbs.limbs.size());
+    for (std::uint32_t c = 0; c < classes.kin.size(); ++c)
+        forEachRun(classes, c, [&](std::uint32_t first, std::uint32_t length) {
+            for (std::uint32_t i = first; i < first + length; ++i)
+            {
+                const Limb& limb = limbs.limbs[classes.kin[c][i]];
+                auto& rows = result.tables[result.tableOf[limb.piece]].rows;
+                auto row = static_cast<std::uint32_t>(rows.size());
+                if (length == 1)
+                    row = observed[limb.piece].rows.try_emplace({limb.scaling, limb.branchingAngle}, row).first->second;
+                if (row == rows.size())
+                    rows.push_back({limb.scaling, 0, limb.branchingAngle, 0});
+                result.rowOf[classes.kin[c][i]] = row;
+            }
+        });
     for (std::size_t piece = 0; piece < pieces; ++piece)
         if (result.tableOf[piece] != kNoPiece)
             result.tables[result.tableOf[piece]].spread =
                 smoothing(observed[piece].scalings, observed[piece].rotations, observed[piece].branchings,
-                          observed[piece].rolls, weight);
+                          observed[piece].rolls, classes.weight);
     return result;
 }
 
@@ -97,9 +120,8 @@ class KinGrammarWriter
 {
 public:
     KinGrammarWriter(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes)
-        : library_(library), limbs_(limbs), classes_(classes),
-          transforms_(transformsOf(limbs, library, classes.weight)), grammar_(grammarFor(library)),
-          indexInClass_(limbs.limbs.size())
+        : library_(library), limbs_(limbs), classes_(classes), transforms_(transformsOf(limbs, classes, library)),
+          grammar_(grammarFor(library)), indexInClass_(limbs.limbs.size())
     {
         for (const std::vector<std::uint32_t>& kin : classes.kin)
             for (std::uint32_t i = 0; i < kin.size(); ++i)
@@ -203,25 +225,91 @@ private:
         }
     }
 
-    /// `(i == limb) * (1 - w) + w * count / occurrences`: the drawn limb, or with chance w any kin. None where it is
-    /// alone.
-    void weigh(Production& production, std::uint32_t limb)
+    /// Limbs `first` to `first + length - 1` of class `c`, which share a rule.
+    struct Run
     {
-        if (alone(limb))
+        std::uint32_t c;
+        std::uint32_t first;
+        std::uint32_t length;
+    };
+
+    [[nodiscard]] std::uint32_t firstLimb(Run run) const { return classes_.kin[run.c][run.first]; }
+    [[nodiscard]] bool isWholeClass(Run run) const { return run.length == classes_.kin[run.c].size(); }
+
+    /// `1 - w`
+    ExpressionId stay()
+    {
+        const ExpressionId one = grammar_.expressions.number(1);
+        return grammar_.expressions.binary(ExpressionOp::Subtract, one,
+                                           grammar_.expressions.reference(ExpressionOp::Constant, weight_));
+    }
+    /// `i == k`, or `i >= a && i < b`: a limb of the run is meant.
+    ExpressionId isMeant(Run run)
+    {
+        using enum ExpressionOp;
+        ExpressionPool& pool = grammar_.expressions;
+        const ExpressionId i = pool.reference(Parameter, 0);
+        const ExpressionId first = pool.number(run.first);
+        if (run.length == 1)
+            return pool.binary(Equal, i, first);
+        const ExpressionId notBefore = pool.binary(GreaterEqual, i, first);
+        const ExpressionId notBehind = pool.binary(Less, i, pool.number(run.first + run.length));
+        return pool.binary(And, notBefore, notBehind);
+    }
+    /// `w * count / occurrences`: the chance that the run is taken as any kin.
+    ExpressionId kinShare(Run run)
+    {
+        using enum ExpressionOp;
+        ExpressionPool& pool = grammar_.expressions;
+        const ExpressionId w = pool.reference(Constant, weight_);
+        const std::uint32_t count = run.length * limbs_.limbs[firstLimb(run)].count;
+        const ExpressionId share = count == 1 ? w : pool.binary(Multiply, w, pool.number(count));
+        return pool.binary(Divide, share, pool.number(classes_.occurrences[run.c]));
+    }
+
+    /// `(i == k) * (1 - w) + w * count / occurrences`: the drawn limb, or with chance w any kin. None where there is
+    /// only one rule.
+    void weigh(Production& production, Run run)
+    {
+        if (isWholeClass(run))
             return;
         ExpressionPool& pool = grammar_.expressions;
+        const ExpressionId meant = isMeant(run);
+        const ExpressionId drawn = pool.binary(ExpressionOp::Multiply, meant, stay());
+        production.weight = pool.binary(ExpressionOp::Add, drawn, kinShare(run));
+    }
+
+    /// Row of the one limb; of several, that of limb i if it is meant and stays, else of any. Where the run was taken
+    /// while one of it was meant, it stays with chance (1 - w) : (1 - w + share).
+    ExpressionId rowOf(Run run)
+    {
         using enum ExpressionOp;
+        ExpressionPool& pool = grammar_.expressions;
+        const std::uint32_t row = transforms_.rowOf[firstLimb(run)];
+        if (run.length == 1)
+            return pool.number(row);
+        const ExpressionId low = pool.number(0);
+        ExpressionId high = pool.number(1);
+        if (!isWholeClass(run))
+        {
+            const ExpressionId staying = stay();
+            high = pool.binary(Add, staying, kinShare(run));
+        }
+        const ExpressionId chance = pool.binary(Rand, low, high);
+        ExpressionId stays = pool.binary(Less, chance, stay());
+        if (!isWholeClass(run))
+        {
+            const ExpressionId meant = isMeant(run);
+            stays = pool.binary(And, meant, stays);
+        }
+        const ExpressionId first = pool.number(run.first);
+        const ExpressionId any = pool.unary(Floor, pool.binary(Rand, first, pool.number(run.first + run.length)));
         const ExpressionId i = pool.reference(Parameter, 0);
-        const ExpressionId index = pool.number(indexInClass_[limb]);
-        const ExpressionId isDrawn = pool.binary(Equal, i, index);
-        const ExpressionId one = pool.number(1);
-        const ExpressionId stay = pool.binary(Subtract, one, pool.reference(Constant, weight_));
-        const ExpressionId drawn = pool.binary(Multiply, isDrawn, stay);
-        const ExpressionId w = pool.reference(Constant, weight_);
-        const std::uint32_t count = limbs_.limbs[limb].count;
-        const ExpressionId share = count == 1 ? w : pool.binary(Multiply, w, pool.number(count));
-        const ExpressionId kin = pool.binary(Divide, share, pool.number(classes_.occurrences[classes_.classOf[limb]]));
-        production.weight = pool.binary(Add, drawn, kin);
+        const ExpressionId number = pool.add({Choose, stays, i, any, 0});
+        if (row == run.first)
+            return number;
+        const double offset = static_cast<double>(row) - run.first;
+        return pool.binary(offset > 0 ? Add : Subtract, number, pool.number(std::abs(offset)));
     }
 
     void classProductions(std::uint32_t c)
@@ -230,8 +318,9 @@ private:
         const std::uint32_t piece = limbs_.limbs[kin[0]].piece;
         const Template& shape = library_.templates[piece];
         const bool exchangesAnchors = classes_.level.anchors && kin.size() > 1;
-        for (const std::uint32_t limb : kin)
-        {
+        forEachRun(classes_, c, [&](std::uint32_t first, std::uint32_t length) {
+            const Run run{c, first, length};
+            const std::uint32_t limb = firstLimb(run);
             std::vector<Module> children;
             for (std::uint32_t a = 0; a < shape.anchors.size(); ++a)
             {
@@ -246,10 +335,10 @@ private:
             Production production =
                 placingProduction(grammar_, grammar_.symbols.intern(names_[c]), shape, direction, children);
             production.parameters = std::move(parameters);
-            weigh(production, limb);
-            production.row = grammar_.expressions.number(transforms_.rowOf[limb]);
-            add(std::move(production), {limb, KinRule::kWhole});
-        }
+            weigh(production, run);
+            production.row = rowOf(run);
+            add(std::move(production), {limb, KinRule::kWhole, first, length});
+        });
         for (std::uint32_t a = 0; exchangesAnchors && a < shape.anchors.size(); ++a)
             if (everOccupied(kin, a))
                 anchorProductions(c, a);
@@ -260,15 +349,16 @@ private:
     void anchorProductions(std::uint32_t c, std::uint32_t anchor)
     {
         grammar_.longSymbols.push_back(anchorName(c, anchor));
-        for (const std::uint32_t limb : classes_.kin[c])
+        for (std::uint32_t number = 0; number < classes_.kin[c].size(); ++number)
         {
+            const std::uint32_t limb = classes_.kin[c][number];
             Production production;
             production.predecessor = grammar_.symbols.intern(anchorName(c, anchor));
             production.parameters = indexParameter(limb);
             if (const LimbUse& child = occupant(limb, anchor); child.limb != kNoInstance)
                 production.successor.push_back(moduleOf(child));
-            weigh(production, limb);
-            add(std::move(production), {limb, anchor});
+            weigh(production, {c, number, 1});
+            add(std::move(production), {limb, anchor, number});
         }
     }
 

@@ -1,6 +1,6 @@
 // Where the rules of kin come from. A rule is known again by what it stands for, since numbers and names change when
-// something is drawn anew: by a hash of its limb with everything that it carries, or, where something further out has
-// changed, by its place in the tree.
+// something is drawn anew: by a hash of its limb with everything that it carries (of limbs that share a rule, by what
+// all of them carry), or, where something further out has changed, by its place in the tree.
 
 #include <Espalier/Inference/KinGrammar.h>
 
@@ -10,10 +10,19 @@
 
 namespace espalier {
 
+std::uint64_t limbIdentity(std::uint64_t load, double scaling, double branchingAngle)
+{
+    Hash64 hash;
+    hash.value(load);
+    hash.value(scaling);
+    hash.value(branchingAngle);
+    return hash.result();
+}
+
 namespace {
 
-/// Of each limb: its template's word, its scaling and branching angle, and what it carries with its directions.
-std::vector<std::uint64_t> hashesOf(const LimbTable& limbs, const TemplateLibrary& library)
+/// Of each limb: its template's word, and what it carries with its directions.
+std::vector<std::uint64_t> loadsOf(const LimbTable& limbs, const TemplateLibrary& library)
 {
     std::vector<std::uint32_t> order(limbs.limbs.size());
     std::iota(order.begin(), order.end(), 0u);
@@ -25,24 +34,26 @@ std::vector<std::uint64_t> hashesOf(const LimbTable& limbs, const TemplateLibrar
         hash.bytes(printWord(piece));
         words.push_back(hash.result());
     }
-    std::vector<std::uint64_t> hashes(limbs.limbs.size());
+    std::vector<std::uint64_t> loads(limbs.limbs.size());
     for (const std::uint32_t index : order) // what a limb carries is lower than it
     {
         const Limb& limb = limbs.limbs[index];
         Hash64 hash;
         hash.value(words[limb.piece]);
-        hash.value(limb.scaling);
-        hash.value(limb.branchingAngle);
         for (std::size_t a = 0; a < library.templates[limb.piece].anchors.size(); ++a)
         {
             const LimbUse& child = limbs.children[limb.firstChild + a];
-            hash.value(child.limb == kNoInstance ? std::uint64_t{0} : hashes[child.limb]);
+            if (child.limb == kNoInstance)
+                hash.value(std::uint64_t{0});
+            else
+                hash.value(limbIdentity(loads[child.limb], limbs.limbs[child.limb].scaling,
+                                        limbs.limbs[child.limb].branchingAngle));
             hash.value(child.direction.rotation);
             hash.value(child.direction.roll);
         }
-        hashes[index] = hash.result();
+        loads[index] = hash.result();
     }
-    return hashes;
+    return loads;
 }
 
 /// Of each instance, its tree and its number in it, and a hash of its place: the tree and the anchors on the way.
@@ -103,12 +114,17 @@ Places placesOf(const Archetype& exemplars)
 
 } // namespace
 
-std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbTable& limbs, const Archetype& exemplars,
-                                  const AnchorTable& anchors)
+std::vector<DrawnNode> drawnNodesOf(const Archetype& exemplars)
+{
+    return placesOf(exemplars).nodes;
+}
+
+std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbTable& limbs, const KinClasses& classes,
+                                  const Archetype& exemplars, const AnchorTable& anchors)
 {
     const TemplateLibrary& library = exemplars.library;
     const Places places = placesOf(exemplars);
-    const std::vector<std::uint64_t> hashes = hashesOf(limbs, library);
+    const std::vector<std::uint64_t> loads = loadsOf(limbs, library);
     std::vector<std::uint32_t> first(limbs.limbs.size(), kNoInstance);
     std::vector<std::vector<DrawnNode>> nodes(limbs.limbs.size());
     for (const std::uint32_t i : places.depthFirst)
@@ -127,19 +143,37 @@ std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbT
         const Limb& limb = limbs.limbs[rule.limb];
         const bool isStart = rule.part == KinRule::kStart;
         const std::uint32_t instance = isStart ? anchors.roots[tree++] : first[rule.limb];
-        // An anchor goes by its letter, which says the same in another version of the template.
-        const std::uint32_t part = rule.part < KinRule::kStart
-                                       ? static_cast<std::uint32_t>(library.templates[limb.piece].anchors[rule.part])
-                                       : rule.part;
-        Hash64 identity;
-        identity.value(hashes[rule.limb]);
-        identity.value(part);
+        RuleOrigin origin;
+        origin.limbs = rule.limbs;
+        origin.count = isStart ? 1 : rule.limbs * limb.count;
+        origin.limb =
+            rule.limbs > 1 ? loads[rule.limb] : limbIdentity(loads[rule.limb], limb.scaling, limb.branchingAngle);
         Hash64 place;
         place.value(places.hashes[instance]);
         place.bytes(library.templates[limb.piece].name);
-        place.value(part);
-        RuleOrigin origin{identity.result(), place.result(), isStart ? 1 : limb.count, {}};
-        origin.nodes = isStart ? std::vector{places.nodes[instance]} : nodes[rule.limb];
+        if (rule.part != KinRule::kWhole)
+        {
+            // An anchor goes by its letter, which says the same in another version of the template.
+            const std::uint32_t part =
+                isStart ? rule.part : static_cast<std::uint32_t>(library.templates[limb.piece].anchors[rule.part]);
+            Hash64 identity;
+            identity.value(origin.limb);
+            identity.value(part);
+            origin.limb = identity.result();
+            place.value(part);
+        }
+        origin.place = place.result();
+        if (isStart)
+            origin.nodes = {places.nodes[instance]};
+        else
+        {
+            const std::vector<std::uint32_t>& kin = classes.kin[classes.classOf[rule.limb]];
+            for (std::uint32_t i = 0; i < rule.limbs; ++i)
+                origin.nodes.insert(origin.nodes.end(), nodes[kin[rule.number + i]].begin(),
+                                    nodes[kin[rule.number + i]].end());
+            std::ranges::sort(origin.nodes, {}, [](const DrawnNode& node) { return std::pair(node.tree, node.node); });
+            origin.nodes.resize(std::min(origin.nodes.size(), RuleOrigin::kMostNodes));
+        }
         origins.push_back(std::move(origin));
     }
     return origins;

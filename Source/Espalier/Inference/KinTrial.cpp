@@ -85,7 +85,7 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
     for (const Limb& limb : limbs.limbs)
         instances_ += limb.count / trees;
 
-    const KinClasses none{{}, 0, std::vector<std::uint32_t>(limbs.limbs.size()), {{}}, {0}};
+    const KinClasses none{{}, 0, std::vector<std::uint32_t>(limbs.limbs.size()), {{}}, {0}, {}};
     KinSimulation simulation(limbs, none, draws, anchors_);
     SimulatedTree tree;
     for (std::size_t i = 0; i < std::min(limbs.roots.size(), std::size_t{kMostCopies}); ++i)
@@ -286,7 +286,7 @@ Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const
     return best;
 }
 
-Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall) const
+Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall, std::vector<KinTrial>& tried) const
 {
     Expected<KinTrial> best;
     double bestScore = -1;
@@ -297,19 +297,24 @@ Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall) const
         auto trial = calibrate(level);
         if (!trial)
             return trial;
-        double score = scoreOf(*trial, mostEqual(instances_));
-        if (score <= 0.5 * bestScore)
-            continue; // whatever else it keeps
-        const auto missed = shortfall(*trial);
-        if (!missed)
-            return tl::make_unexpected(missed.error());
-        score /= 1 + *missed;
+        double& score = trial->score;
+        score = scoreOf(*trial, mostEqual(instances_));
+        if (score > 0.5 * bestScore) // else it is none, whatever it keeps
+        {
+            auto missed = shortfall(*trial);
+            if (!missed)
+                return tl::make_unexpected(missed.error());
+            score /= 1 + missed->missed;
+            trial->bars = std::move(missed->bars);
+        }
+        tried.push_back(*trial);
+        tried.back().classes = {level, trial->classes.weight, {}, {}, {}, {}};
         if (score > bestScore)
         {
             bestScore = score;
             best = std::move(trial);
         }
-        if (score >= 1)
+        if (bestScore >= 1)
             break;
     }
     return best;

@@ -7,6 +7,7 @@
 #include <Espalier/Inference/Limbs.h>
 #include <Espalier/Species/Species.h>
 #include <functional>
+#include <string>
 #include <vector>
 
 namespace espalier {
@@ -14,6 +15,13 @@ namespace espalier {
 /// Drawn trees that a window keeps from being grown again. Of very many the first will do: none of them is then met
 /// often.
 inline constexpr std::uint32_t kMostCopies = 32;
+
+/// What a trial's trees miss of what is wanted of relatives beyond difference and number.
+struct KinShortfall
+{
+    double missed = 0;             ///< 0: nothing.
+    std::vector<std::string> bars; ///< What they miss.
+};
 
 /// What a choice of classes and weight comes to when some trees are grown with it.
 struct KinTrial
@@ -27,14 +35,15 @@ struct KinTrial
     /// Median edit distance between two of them over the sum of their instances; of trees that are not small an
     /// estimate, held to exact distances where there is time for some.
     double difference = 0;
+    double score = 0;              ///< How near all this comes to what is wanted, [0, 1].
+    std::vector<std::string> bars; ///< What its trees miss beyond that.
 };
 
 /// Grows trees of choices of classes and weight, from seeds of its own, and says what they come to.
 class KinNursery
 {
 public:
-    /// What a trial's trees miss of what is wanted of relatives beyond difference and number: 0 nothing.
-    using Shortfall = std::function<Expected<double>(const KinTrial& trial)>;
+    using Shortfall = std::function<Expected<KinShortfall>(const KinTrial& trial)>;
 
     /// All arguments must outlive it.
     KinNursery(const TemplateLibrary& library, const LimbTable& limbs, const std::vector<std::uint32_t>& draws,
@@ -49,7 +58,8 @@ public:
 
     /// The finest level whose calibrated trees are different enough, distinct, often enough of the right size, and miss
     /// nothing else; the one that comes nearest where none is.
-    [[nodiscard]] Expected<KinTrial> chooseLevel(const Shortfall& shortfall) const;
+    /// `tried` receives the best trial of each level, without the classes.
+    [[nodiscard]] Expected<KinTrial> chooseLevel(const Shortfall& shortfall, std::vector<KinTrial>& tried) const;
 
 private:
     /// Size, depth and topology of an attempt.

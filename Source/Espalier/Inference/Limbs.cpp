@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
+#include <span>
 #include <tuple>
 #include <unordered_map>
 
@@ -159,6 +161,103 @@ KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalS
         classes.occurrences[entry->second] += limb.count;
     }
     return classes;
+}
+
+namespace {
+
+/// What hangs at the anchors of a limb; as many as its template has.
+std::span<const LimbUse> loadOf(const LimbTable& limbs, std::uint32_t limb)
+{
+    // The next limb's children follow; behind the last there are none.
+    const std::size_t first = limbs.limbs[limb].firstChild;
+    const std::size_t end = limb + 1 < limbs.limbs.size() ? limbs.limbs[limb + 1].firstChild : limbs.children.size();
+    return std::span(limbs.children).subspan(first, end - first);
+}
+
+/// Whether nothing ever hangs at any of these limbs.
+bool isBare(const LimbTable& limbs, const std::vector<std::uint32_t>& kin)
+{
+    return std::ranges::all_of(kin, [&](std::uint32_t limb) {
+        return std::ranges::all_of(loadOf(limbs, limb), [](const LimbUse& use) { return use.limb == kNoInstance; });
+    });
+}
+
+double bitsOf(double choices)
+{
+    return math::log(choices) / math::log(2);
+}
+
+} // namespace
+
+DescriptionLength DescriptionLength::of(const LimbTable& limbs, const KinClasses& classes)
+{
+    std::set<std::pair<double, double>> directions;
+    for (const auto* uses : {&limbs.roots, &limbs.children})
+        for (const LimbUse& use : *uses)
+            if (use.limb != kNoInstance)
+                directions.emplace(use.direction.rotation, use.direction.roll);
+    DescriptionLength lengths;
+    lengths.classes = bitsOf(static_cast<double>(classes.kin.size()));
+    lengths.direction = bitsOf(static_cast<double>(directions.size()));
+    return lengths;
+}
+
+double DescriptionLength::load(const LimbTable& limbs, const KinClasses& kinClasses, std::uint32_t limb) const
+{
+    double bits = 0;
+    for (const LimbUse& use : loadOf(limbs, limb))
+    {
+        bits += open;
+        if (use.limb != kNoInstance)
+            bits +=
+                classes + direction + bitsOf(static_cast<double>(kinClasses.kin[kinClasses.classOf[use.limb]].size()));
+    }
+    return bits;
+}
+
+double DescriptionLength::gainOfRun(const LimbTable& limbs, const KinClasses& kinClasses, std::uint32_t c,
+                                    std::uint32_t first, std::uint32_t length) const
+{
+    const std::vector<std::uint32_t>& kin = kinClasses.kin[c];
+    const double number = bitsOf(static_cast<double>(kin.size()));
+    return (length - 1.0) * (classes + load(limbs, kinClasses, kin[first]) + number) - number;
+}
+
+void runAlikeLimbs(const LimbTable& limbs, KinClasses& classes)
+{
+    const DescriptionLength lengths = DescriptionLength::of(limbs, classes);
+    const auto alikeBefore = [&](std::uint32_t a, std::uint32_t b) {
+        if (limbs.limbs[a].count != limbs.limbs[b].count)
+            return limbs.limbs[a].count < limbs.limbs[b].count;
+        return std::ranges::lexicographical_compare(loadOf(limbs, a), loadOf(limbs, b));
+    };
+    classes.runs.assign(classes.kin.size(), {});
+    for (std::uint32_t c = 0; c < classes.kin.size(); ++c)
+    {
+        std::vector<std::uint32_t>& kin = classes.kin[c];
+        std::map<std::uint32_t, std::vector<std::uint32_t>, decltype(alikeBefore)> groups(alikeBefore);
+        for (const std::uint32_t limb : kin)
+            groups[limb].push_back(limb); // the key stays the first of its group
+        std::vector<const std::vector<std::uint32_t>*> inOrder;
+        for (const auto& [first, group] : groups)
+            inOrder.push_back(&group);
+        std::ranges::sort(inOrder, {}, [](const auto* group) { return group->front(); });
+        kin.clear();
+        for (const auto* group : inOrder)
+            kin.insert(kin.end(), group->begin(), group->end());
+        // Where occupants are exchanged, the rules of limbs that ever carry something name each limb's own.
+        const bool exchanged = classes.level.anchors && !isBare(limbs, kin);
+        std::uint32_t first = 0;
+        for (const auto* group : inOrder)
+        {
+            const auto length = static_cast<std::uint32_t>(group->size());
+            if (!exchanged && length > 1 && lengths.gainOfRun(limbs, classes, c, first, length) > 0)
+                classes.runs[c].push_back(length);
+            else
+                classes.runs[c].insert(classes.runs[c].end(), length, 1);
+            first += length;
+        }
+    }
 }
 
 } // namespace espalier

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Espalier/Archetype/Archetype.h>
+#include <compare>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -14,7 +15,7 @@ struct LimbDirection
     double rotation = 0;
     double roll = 0;
 
-    friend bool operator==(const LimbDirection&, const LimbDirection&) = default;
+    friend auto operator<=>(const LimbDirection&, const LimbDirection&) = default;
 };
 
 /// A branch with everything it carries, whichever way it points, as it occurs one or more times in the drawn trees:
@@ -36,7 +37,7 @@ struct LimbUse
     std::uint32_t limb = 0; ///< kNoInstance at an open anchor.
     LimbDirection direction;
 
-    friend bool operator==(const LimbUse&, const LimbUse&) = default;
+    friend auto operator<=>(const LimbUse&, const LimbUse&) = default;
 };
 
 /// The distinct limbs, in the order of their first occurrence (depth first, parents before children).
@@ -74,6 +75,8 @@ struct KinClasses
     std::vector<std::uint32_t> classOf;          ///< Of each limb; numbered by first occurrence.
     std::vector<std::vector<std::uint32_t>> kin; ///< The limbs of each class.
     std::vector<std::uint32_t> occurrences;      ///< Of each class, counted with multiplicity.
+    /// Of each class, the lengths of the runs in `kin` that share a rule; empty: each limb has a rule of its own.
+    std::vector<std::vector<std::uint32_t>> runs;
 };
 
 /// Levels from the finest to the coarsest.
@@ -81,5 +84,28 @@ struct KinClasses
 
 /// `totalSegments`: size of a whole drawn tree.
 [[nodiscard]] KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalSegments);
+
+/// What a description of limbs in rules takes, in bits: each name as if all names of its kind were equally likely.
+struct DescriptionLength
+{
+    double classes = 0;   ///< Of the name of one of the classes.
+    double open = 1;      ///< Whether an anchor is open.
+    double direction = 0; ///< Of a place's direction, one of those drawn.
+
+    [[nodiscard]] static DescriptionLength of(const LimbTable& limbs, const KinClasses& classes);
+
+    /// Of all that a limb carries.
+    [[nodiscard]] double load(const LimbTable& limbs, const KinClasses& classes, std::uint32_t limb) const;
+
+    /// What is saved if the `length` limbs from `first` on of class `c` share a rule, in which a range of rows takes
+    /// the place of one row: all but one of the rules' names, loads and numbers. Negative: it costs more than it saves.
+    [[nodiscard]] double gainOfRun(const LimbTable& limbs, const KinClasses& classes, std::uint32_t c,
+                                   std::uint32_t first, std::uint32_t length) const;
+};
+
+/// Brings limbs of a class together that carry the same, occur equally often, and differ by their scaling and branching
+/// angle alone, and makes runs of them where that shortens the description. Limbs keep the order of their first
+/// occurrence otherwise. Nothing is lost: each limb is a row of its run.
+void runAlikeLimbs(const LimbTable& limbs, KinClasses& classes);
 
 } // namespace espalier

@@ -23,18 +23,23 @@ struct Preset
     std::string_view name;
     std::string_view method;
     std::vector<NamedPass> passes;
+    Explanation (*explain)(const InferenceContext&) = nullptr; ///< None: it gives no reasons.
 };
 
 const std::vector<Preset>& presets()
 {
     static const std::vector<Preset> kPresets = {
-        {"kin", "kin 3", {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}}},
+        {"kin",
+         "kin 3",
+         {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}},
+         explainKin},
         {"helberg",
          "helberg 1",
          {{"infer", inferBreadthFirst},
           {"compress", compressRepeatedSubtrees},
           {"generalize", generalizeByMerging},
-          {"estimate", estimatePerTemplate}}},
+          {"estimate", estimatePerTemplate}},
+         nullptr},
     };
     return kPresets;
 }
@@ -104,7 +109,7 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
         return failure(ErrorKind::BadInput, {}, "there is no inference preset \"" + options.preset + "\"",
                        "kin or helberg");
 
-    InferenceContext context{options, mergeArchetypes(archetypes), {}, {}, {}, {}, {}, {}, {}, {}, {}};
+    InferenceContext context{options, mergeArchetypes(archetypes), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
     context.anchors = anchorsOf(context.exemplars);
     context.species.name = options.name;
     context.species.provenance.method = preset->method;
@@ -124,6 +129,8 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
             options.trace(pass.name, context.summary, context.grammarText);
     }
     context.species.provenance.grammar = identityOf(context.species.grammar);
+    if (options.explain && preset->explain)
+        options.explain(preset->explain(context));
     options.progress("done", 1);
     return std::move(context.species);
 }

@@ -55,7 +55,8 @@ std::uint32_t countSettings(const Grammar& inferred, const Grammar& edited)
 
 std::string drawnText(const RuleOrigin& origin)
 {
-    std::string text = std::to_string(origin.count) + " drawn:";
+    std::string text = origin.limbs > 1 ? std::to_string(origin.limbs) + " limbs, " : "";
+    text += std::to_string(origin.count) + " drawn:";
     for (const DrawnNode& node : origin.nodes)
         text += ' ' + std::to_string(node.tree) + ':' + std::to_string(node.node);
     return text + (origin.count > origin.nodes.size() ? " ..." : "");
@@ -81,17 +82,25 @@ std::vector<std::string> headOf(const Species& species)
         const std::string& symbol = grammar.symbols.name(rule->predecessor);
         const auto occupant = std::ranges::find_if(
             grammar.longSymbols, [&](const std::string& name) { return name.starts_with(symbol + "_"); });
-        head.push_back(symbol + "(1) is limb 1 of the class " + symbol + ": limbs of the template " + rule->table +
+        std::string module = symbol + "(1";
+        for (std::size_t i = 1; i < rule->parameters.size(); ++i)
+            module += ", " + rule->parameters[i];
+        head.push_back(module + ") is limb 1 of the class " + symbol + ": limbs of the template " + rule->table +
                        " that may stand for each other" +
+                       (rule->parameters.size() > 1 ? ", in the direction of the place where it hangs" : "") +
                        (occupant == grammar.longSymbols.end()
                             ? std::string()
                             : "; " + *occupant + "(1) is what hangs at its anchor " + occupant->back()));
         head.push_back("The rules of " + symbol +
-                       "(i) say what its limbs look like. A weight (i==k)*(1-w)+w*c/n: where limb i "
-                       "was drawn, it grows with");
+                       " say what its limbs look like. A weight (i==k)*(1-w)+w*c/n: where limb i was drawn, it grows "
+                       "with");
         head.push_back("chance 1-w, and any of the n drawn ones with chance w. `~ " + rule->table +
-                       "(0)` takes s (scaling), r (rotation), b (branching angle) and");
-        head.push_back("o (roll) from row 0 of the species' table " + rule->table + ".");
+                       "(0)` takes s (scaling) and b (branching angle) from row 0 of");
+        head.push_back("the species' table " + rule->table +
+                       "; r and o are small deviations of the direction, in degrees.");
+        if (std::ranges::any_of(species.rules, [](const RuleOrigin& origin) { return origin.limbs > 1; }))
+            head.emplace_back("Limbs that carry the same share a rule: it takes the row of limb i, or with chance w "
+                              "that of any of them.");
     }
     if (!species.rules.empty())
         head.emplace_back(
@@ -197,14 +206,18 @@ std::vector<std::uint32_t> rulesNamed(const Species& species, std::string_view w
             return named;
         symbol = which.substr(0, open);
     }
-    // Limb k of a class has its k-th rule as inferred; an edited weight need not tell.
+    // The rules of a class stand in the order of its limbs, as inferred; an edited weight need not tell.
     const RuleMatch match = matchOf(species);
     const Grammar& inferred = inferredOf(species);
-    std::uint32_t ordinal = 0;
+    std::uint64_t first = 0;
     for (std::uint32_t r = 0; r < inferred.productions.size(); ++r)
         if (inferred.symbols.name(inferred.productions[r].predecessor) == symbol)
-            if (const std::uint32_t k = ordinal++; match.editedOf[r] != kNoRule && (!index || k == *index))
+        {
+            const std::uint64_t next = first + (r < species.rules.size() ? species.rules[r].limbs : 1);
+            if (match.editedOf[r] != kNoRule && (!index || (*index >= first && *index < next)))
                 named.push_back(match.editedOf[r]);
+            first = next;
+        }
     return named;
 }
 

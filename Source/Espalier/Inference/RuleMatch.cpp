@@ -54,8 +54,8 @@ std::optional<double> indexIn(const ExpressionPool& pool, ExpressionId id)
     using enum ExpressionOp;
     if (node.op == Number || node.op == Parameter || node.op == Constant || node.op == Transform)
         return {};
-    if (node.op == Equal && pool[node.first].op == Parameter && pool[node.first].first == 0 &&
-        pool[node.second].op == Number)
+    if ((node.op == Equal || node.op == GreaterEqual) && pool[node.first].op == Parameter &&
+        pool[node.first].first == 0 && pool[node.second].op == Number)
         return pool[node.second].value;
     for (const ExpressionId child : {node.first, node.second, node.third})
         if (const auto found = indexIn(pool, child))

@@ -21,7 +21,7 @@ struct RuleKey
     std::string weight; ///< Empty: none.
     std::string successor;
     std::string draw;            ///< Table and row.
-    std::optional<double> index; ///< The k of the first `i == k` in the weight, i being the first parameter.
+    std::optional<double> index; ///< The k of the first `i == k` or `i >= k` in the weight; i is the first parameter.
 
     [[nodiscard]] std::string body() const { return head + '|' + successor + '|' + draw; }
     [[nodiscard]] std::string whole() const { return body() + '|' + condition + '|' + weight; }

@@ -6,6 +6,7 @@
 
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Core/Json.h>
+#include <Espalier/Inference/KinGrammar.h>
 #include <Espalier/Inference/RuleMatch.h>
 #include <Espalier/Species/Grow.h>
 #include <algorithm>
@@ -57,12 +58,159 @@ struct ClassLayout
     friend bool operator==(const ClassLayout&, const ClassLayout&) = default;
 };
 
+/// A limb of a class: the rule that it has, alone or with others, and its number in the class.
+struct RuleLimb
+{
+    std::uint32_t rule = 0;
+    std::uint32_t number = 0;
+    std::uint64_t identity = 0; ///< Meaningless where origins are unknown.
+    bool alone = true;          ///< It shares the rule with no other.
+};
+
+/// Row of the table that an inferred rule takes for limb `number` where the drawn limb always grows.
+std::optional<std::size_t> drawnRow(const Grammar& grammar, const Production& production, std::uint32_t number)
+{
+    if (production.row == kNoExpression)
+        return {};
+    std::vector<double> constants(grammar.constants.size(), 0.0); // w is 0, and there are no others
+    const double parameters[] = {static_cast<double>(number), 0, 0};
+    ExpressionScope scope;
+    scope.parameters = parameters;
+    scope.constants = constants.data();
+    const double row = evaluate(grammar.expressions, production.row, scope);
+    return row >= 0 && row < 4e9 && !scope.failed ? std::optional(static_cast<std::size_t>(row)) : std::nullopt;
+}
+
+/// The limbs of all rules of a grammar as it was inferred, class by class in the order of their numbers.
+std::map<std::string, std::vector<RuleLimb>> limbsOf(const Grammar& grammar, const std::vector<TransformTable>& tables,
+                                                     const std::vector<RuleOrigin>& origins)
+{
+    const bool known = origins.size() == grammar.productions.size();
+    std::map<std::string, std::vector<RuleLimb>> limbs;
+    for (std::uint32_t r = 0; r < grammar.productions.size(); ++r)
+    {
+        const Production& production = grammar.productions[r];
+        std::vector<RuleLimb>& limbsOfClass = limbs[grammar.symbols.name(production.predecessor)];
+        const auto number = static_cast<std::uint32_t>(limbsOfClass.size());
+        if (!known || origins[r].limbs == 1)
+        {
+            limbsOfClass.push_back({r, number, known ? origins[r].limb : 0, true});
+            continue;
+        }
+        const auto table = std::ranges::find(tables, production.table, &TransformTable::name);
+        for (std::uint32_t i = 0; i < origins[r].limbs; ++i)
+        {
+            const auto row = drawnRow(grammar, production, number + i);
+            if (table == tables.end() || !row || *row >= table->rows.size())
+                break; // no run of ours: somebody wrote the file
+            limbsOfClass.push_back(
+                {r, number + i, limbIdentity(origins[r].limb, table->rows[*row][0], table->rows[*row][2]), false});
+        }
+    }
+    return limbs;
+}
+
 /// Rules of the former grammar and of the new one that stand for the same.
 class RuleIdentities
 {
 public:
-    RuleIdentities(const Grammar& base, const std::vector<RuleOrigin>& former, const Grammar& theirs,
-                   const std::vector<RuleOrigin>& now)
+    RuleIdentities(const Grammar& base, const Species& before, const Grammar& theirs, const Species& inferred)
+        : former_(limbsOf(base, before.tables, before.rules))
+    {
+        const std::vector<RuleOrigin>& former = before.rules;
+        const std::vector<RuleOrigin>& now = inferred.rules;
+        const bool known =
+            !former.empty() && former.size() == base.productions.size() && now.size() == theirs.productions.size();
+        for (const auto& [name, limbs] : limbsOf(theirs, inferred.tables, inferred.rules))
+        {
+            firstOf_.resize(theirs.productions.size());
+            const ClassLayout layout = ClassLayout::of(theirs.productions[limbs[0].rule].parameters);
+            for (const RuleLimb& limb : limbs)
+            {
+                newLimbs_.emplace_back(NewModule{name, limb.number, layout}, limb.rule);
+                if (known)
+                    byIdentity_.emplace(limb.identity, newLimbs_.size() - 1);
+            }
+            newClasses_.insert(name);
+        }
+        for (std::size_t i = newLimbs_.size(); i-- > 0;)
+            firstOf_[newLimbs_[i].second] = i;
+        for (const Production& production : base.productions)
+            layoutOf_[base.symbols.name(production.predecessor)] = ClassLayout::of(production.parameters);
+        matchRules(base, former, theirs, now, known);
+    }
+
+    std::vector<std::uint32_t> newOf; ///< Of each former rule; kNoRule: it is gone.
+
+    [[nodiscard]] bool wasClass(const std::string& symbol) const { return former_.contains(symbol); }
+    [[nodiscard]] bool isClass(const std::string& symbol) const { return newClasses_.contains(symbol); }
+    /// Of a former class.
+    [[nodiscard]] const ClassLayout& formerLayout(const std::string& symbol) const { return layoutOf_.at(symbol); }
+
+    /// What a limb is called now: `index` counts where there is only one too.
+    struct NewModule
+    {
+        std::string symbol;
+        std::uint32_t index = 0;
+        ClassLayout layout;
+    };
+    [[nodiscard]] const NewModule& moduleOf(const std::string& symbol, std::uint32_t index) const
+    {
+        const std::vector<RuleLimb>& limbs = former_.at(symbol);
+        const auto found = index < limbs.size() ? find(limbs[index]) : std::nullopt;
+        if (!found)
+            throw Uncarried{symbol + (limbs.size() > 1 ? "(" + std::to_string(index) + ")" : "") +
+                            ", which it names, is no longer drawn"};
+        return newLimbs_[*found].first;
+    }
+
+    /// The class into which all that is left of a former class has gone; `sameNumbers` demands that its limbs kept
+    /// theirs.
+    [[nodiscard]] NewModule classOf(const std::string& symbol, bool sameNumbers) const
+    {
+        std::optional<NewModule> common;
+        for (const RuleLimb& limb : former_.at(symbol))
+        {
+            const auto found = find(limb);
+            if (!found)
+                continue;
+            const NewModule& module = newLimbs_[*found].first;
+            if ((common && common->symbol != module.symbol) || (sameNumbers && module.index != limb.number))
+                throw Uncarried{"the limbs of " + symbol + " are numbered or classed in another way now"};
+            common = module;
+        }
+        if (!common)
+            throw Uncarried{symbol + " is no longer drawn"};
+        return *common;
+    }
+
+    /// The rules that the limbs of a former rule have now, in order; `newOf` among them, unless that is none.
+    [[nodiscard]] std::set<std::uint32_t> rulesNow(const std::string& symbol, std::uint32_t rule) const
+    {
+        std::set<std::uint32_t> rules;
+        for (const RuleLimb& limb : former_.at(symbol))
+            if (limb.rule == rule)
+                if (const auto now = find(limb))
+                    rules.insert(newLimbs_[*now].second);
+        return rules;
+    }
+
+private:
+    /// A limb by itself, or else, if it has a rule of its own, by that.
+    [[nodiscard]] std::optional<std::size_t> find(const RuleLimb& limb) const
+    {
+        const std::uint32_t rule = newOf[limb.rule];
+        const auto [first, last] = byIdentity_.equal_range(limb.identity);
+        for (auto same = first; same != last; ++same) // of several equal ones that of the same rule
+            if (newLimbs_[same->second].second == rule)
+                return same->second;
+        if (first != last)
+            return first->second;
+        return rule == kNoRule || !limb.alone ? std::nullopt : std::optional(firstOf_[rule]);
+    }
+
+    void matchRules(const Grammar& base, const std::vector<RuleOrigin>& former, const Grammar& theirs,
+                    const std::vector<RuleOrigin>& now, bool known)
     {
         newOf.assign(base.productions.size(), kNoRule);
         std::vector<bool> taken(theirs.productions.size(), false);
@@ -84,82 +232,32 @@ public:
                 open.erase(first);
             }
         };
-        if (!former.empty() && former.size() == base.productions.size() && now.size() == theirs.productions.size())
+        if (!known) // by what they say
         {
-            round([&](std::uint32_t r) { return hexDigits(former[r].limb); },
-                  [&](std::uint32_t t) { return hexDigits(now[t].limb); });
-            round([&](std::uint32_t r) { return hexDigits(former[r].place); },
-                  [&](std::uint32_t t) { return hexDigits(now[t].place); });
-        }
-        else // of unknown origin: by what they say
             round([&](std::uint32_t r) { return keyOf(base, base.productions[r]).body(); },
                   [&](std::uint32_t t) { return keyOf(theirs, theirs.productions[t]).body(); });
-
-        for (std::uint32_t r = 0; r < base.productions.size(); ++r)
-        {
-            const Production& production = base.productions[r];
-            const std::string& name = base.symbols.name(production.predecessor);
-            rulesOf_[name].push_back(r);
-            layoutOf_[name] = ClassLayout::of(production.parameters);
+            return;
         }
-        std::map<std::string, std::uint32_t> counts;
-        for (const Production& production : theirs.productions)
-        {
-            const std::string& name = theirs.symbols.name(production.predecessor);
-            newModules_.push_back({name, counts[name]++, ClassLayout::of(production.parameters)});
-            newClasses_.insert(name);
-        }
+        round([&](std::uint32_t r) { return hexDigits(former[r].limb); },
+              [&](std::uint32_t t) { return hexDigits(now[t].limb); });
+        // A limb may have joined others, or left them.
+        for (const auto& [name, limbs] : former_)
+            for (const RuleLimb& limb : limbs)
+                if (const auto same = byIdentity_.find(limb.identity);
+                    newOf[limb.rule] == kNoRule && same != byIdentity_.end() && !taken[newLimbs_[same->second].second])
+                {
+                    newOf[limb.rule] = newLimbs_[same->second].second;
+                    taken[newOf[limb.rule]] = true;
+                }
+        round([&](std::uint32_t r) { return hexDigits(former[r].place); },
+              [&](std::uint32_t t) { return hexDigits(now[t].place); });
     }
 
-    std::vector<std::uint32_t> newOf; ///< Of each former rule; kNoRule: it is gone.
-
-    [[nodiscard]] bool wasClass(const std::string& symbol) const { return rulesOf_.contains(symbol); }
-    [[nodiscard]] bool isClass(const std::string& symbol) const { return newClasses_.contains(symbol); }
-
-    /// Of a former class.
-    [[nodiscard]] const ClassLayout& formerLayout(const std::string& symbol) const { return layoutOf_.at(symbol); }
-
-    /// What the limb of a module is called now: `index` counts where there is only one too.
-    struct NewModule
-    {
-        std::string symbol;
-        std::uint32_t index = 0;
-        ClassLayout layout;
-    };
-    [[nodiscard]] const NewModule& moduleOf(const std::string& symbol, std::uint32_t index) const
-    {
-        const std::vector<std::uint32_t>& rules = rulesOf_.at(symbol);
-        if (index >= rules.size() || newOf[rules[index]] == kNoRule)
-            throw Uncarried{symbol + (rules.size() > 1 ? "(" + std::to_string(index) + ")" : "") +
-                            ", which it names, is no longer drawn"};
-        return newModules_[newOf[rules[index]]];
-    }
-
-    /// The class into which all that is left of a former class has gone; `sameNumbers` demands that its limbs kept
-    /// theirs.
-    [[nodiscard]] NewModule classOf(const std::string& symbol, bool sameNumbers) const
-    {
-        std::optional<NewModule> common;
-        std::uint32_t index = 0;
-        for (const std::uint32_t r : rulesOf_.at(symbol))
-        {
-            const std::uint32_t number = index++;
-            if (newOf[r] == kNoRule)
-                continue;
-            const NewModule& module = newModules_[newOf[r]];
-            if ((common && common->symbol != module.symbol) || (sameNumbers && module.index != number))
-                throw Uncarried{"the limbs of " + symbol + " are numbered or classed in another way now"};
-            common = module;
-        }
-        if (!common)
-            throw Uncarried{symbol + " is no longer drawn"};
-        return *common;
-    }
-
-private:
-    std::map<std::string, std::vector<std::uint32_t>> rulesOf_;
-    std::map<std::string, ClassLayout> layoutOf_; ///< Of each former class.
-    std::vector<NewModule> newModules_;           ///< Of each new rule.
+    std::map<std::string, std::vector<RuleLimb>> former_;
+    std::map<std::string, ClassLayout> layoutOf_;               ///< Of each former class.
+    std::vector<std::pair<NewModule, std::uint32_t>> newLimbs_; ///< With their rules.
+    std::vector<std::size_t> firstOf_;                          ///< Of each new rule, into `newLimbs_`.
+    std::multimap<std::uint64_t, std::size_t> byIdentity_;
     std::set<std::string> newClasses_;
 };
 
@@ -426,7 +524,7 @@ class EditMerge
 public:
     EditMerge(const Species& before, const Species& inferred)
         : before_(before), inferred_(inferred), base_(before.inferred ? *before.inferred : before.grammar),
-          ours_(before.grammar), theirs_(inferred.grammar), identities_(base_, before.rules, theirs_, inferred.rules),
+          ours_(before.grammar), theirs_(inferred.grammar), identities_(base_, before, theirs_, inferred),
           fromOurs_(ours_, result, &identities_), fromBase_(base_, result, &identities_),
           fromTheirs_(theirs_, result, nullptr)
     {}
@@ -627,27 +725,43 @@ private:
 
     void formerRule(std::uint32_t r, std::uint32_t e)
     {
-        const std::uint32_t t = identities_.newOf[r];
         const Production& base = base_.productions[r];
+        const std::string& symbol = base_.symbols.name(base.predecessor);
+        // An edit of what several limbs look like is one of all of them, should they have rules of their own now.
+        const std::set<std::uint32_t> now = identities_.rulesNow(symbol, r);
         if (e == kNoRule) // removed; and what is gone needs no removing
         {
-            if (t != kNoRule)
+            for (const std::uint32_t t : now)
                 rules_[t].removed = true;
             return;
         }
         const bool isLocked = r < before_.rules.size() && before_.rules[r].locked;
         const Production& ours = ours_.productions[e];
+        if (!isLocked && keyOf(base_, base) == keyOf(ours_, ours))
+            return;
+        const auto conflict = [&](std::string reason) {
+            conflicts.push_back({printProduction(base_, base), printProduction(ours_, ours), std::move(reason)});
+        };
+        if (now.empty())
+            conflict(std::string(kGone) + (isLocked ? "; it was locked" : ""));
+        for (const std::uint32_t t : now)
+        {
+            const bool wasAlone = r >= before_.rules.size() || before_.rules[r].limbs == 1;
+            const bool isAlone = t >= inferred_.rules.size() || inferred_.rules[t].limbs == 1;
+            if ((wasAlone && !isAlone) || rules_[t].edited)
+                conflict("its limb shares a rule with others now");
+            else
+                mergeRule(base, ours, isLocked, t);
+        }
+    }
+
+    /// What we made of a former rule, as new rule `t`.
+    void mergeRule(const Production& base, const Production& ours, bool isLocked, std::uint32_t t)
+    {
         const RuleKey baseKey = keyOf(base_, base);
         const RuleKey ourKey = keyOf(ours_, ours);
-        if (!isLocked && baseKey == ourKey)
-            return;
         const std::string baseText = printProduction(base_, base);
         const std::string ourText = printProduction(ours_, ours);
-        if (t == kNoRule)
-        {
-            conflicts.push_back({baseText, ourText, std::string(kGone) + (isLocked ? "; it was locked" : "")});
-            return;
-        }
         locked[t] = isLocked;
         const Production& theirs = theirs_.productions[t];
         Production merged = fromTheirs_.production(theirs);
@@ -663,7 +777,8 @@ private:
         if (isLocked || baseKey.weight != ourKey.weight)
             carry(baseText, ourText,
                   [&] { merged.weight = weight(base, ours, theirs, merged.weight, change, isLocked); });
-        if (isLocked || baseKey.draw != ourKey.draw)
+        const bool isNumbered = ours.row == kNoExpression || ours_.expressions[ours.row].op == ExpressionOp::Number;
+        if (baseKey.draw != ourKey.draw || (isLocked && isNumbered))
             carry(baseText, ourText, [&] { drawFrom(ours, merged); });
         if (baseKey.head != ourKey.head)
             conflicts.push_back({baseText, ourText, "its left side was rewritten"});

@@ -60,9 +60,12 @@ struct RuleOrigin
 {
     static constexpr std::size_t kMostNodes = 16; ///< Listed, however many there are.
 
-    std::uint64_t limb = 0;  ///< Identity: a hash of the limb with everything it carries. Survives renumbering.
+    /// Identity: a hash of the limb with everything it carries; of several, of what each of them carries. Survives
+    /// renumbering.
+    std::uint64_t limb = 0;
     std::uint64_t place = 0; ///< Where it first stands in the drawn trees, hashed. Survives what changes further out.
     std::uint32_t count = 0; ///< How often the drawn trees apply the rule.
+    std::uint32_t limbs = 1; ///< Limbs that share it: they differ by the row of the table alone.
     std::vector<DrawnNode> nodes; ///< Where, the first kMostNodes of them.
     bool locked = false;          ///< Inferring again leaves the rule as it is.
 

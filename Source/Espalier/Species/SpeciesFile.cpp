@@ -331,7 +331,7 @@ Expected<void> readRules(const Value& value, std::vector<RuleOrigin>& rules)
         return done;
     for (const Value& item : value.items())
     {
-        if (auto done = item.requireObject("a rule", {"count", "nodes", "limb", "place", "locked"}); !done)
+        if (auto done = item.requireObject("a rule", {"count", "limbs", "nodes", "limb", "place", "locked"}); !done)
             return done;
         RuleOrigin rule;
         const auto hash = [](std::string_view role, std::uint64_t& field) {
@@ -340,6 +340,7 @@ Expected<void> readRules(const Value& value, std::vector<RuleOrigin>& rules)
         };
         const auto done = Fields(item)
                               .count("count", rule.count, 0, 0xffffffffu)
+                              .count("limbs", rule.limbs, 1, 0xffffffffu)
                               .read("nodes", [&](const Value& v) { return readNodes(v, rule.nodes); })
                               .read("limb", hash("limb", rule.limb))
                               .read("place", hash("place", rule.place))
@@ -408,7 +409,10 @@ void printLines(std::string& out, const Grammar& grammar)
 
 std::string ruleText(const RuleOrigin& rule)
 {
-    std::string text = "{\"count\": " + std::to_string(rule.count) + ", \"nodes\": \"";
+    std::string text = "{\"count\": " + std::to_string(rule.count);
+    if (rule.limbs != 1)
+        text += ", \"limbs\": " + std::to_string(rule.limbs);
+    text += ", \"nodes\": \"";
     for (std::size_t i = 0; i < rule.nodes.size(); ++i)
         text += (i == 0 ? "" : " ") + std::to_string(rule.nodes[i].tree) + ':' + std::to_string(rule.nodes[i].node);
     return text + "\", \"limb\": \"" + hexDigits(rule.limb) + "\", \"place\": \"" + hexDigits(rule.place) + '"' +

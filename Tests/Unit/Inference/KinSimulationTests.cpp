@@ -69,6 +69,7 @@ TEST(KinSimulation, GrowsWhatTheGrammarGrows)
         {
             KinClasses classes = classify(scene.limbs, kinLevels()[level], scene.segments);
             classes.weight = 0.6;
+            runAlikeLimbs(scene.limbs, classes);
             Species species;
             writeKinGrammar(archetype.library, scene.limbs, classes, species);
             const Grower grower = Grower::make(species).value();

@@ -30,6 +30,7 @@ Species speciesOf(const Archetype& archetype, const KinLevel& level, double weig
         segments += limbs.limbs[root.limb].segments;
     KinClasses classes = classify(limbs, level, segments / static_cast<double>(limbs.roots.size()));
     classes.weight = weight;
+    runAlikeLimbs(limbs, classes);
     Species species;
     writeKinGrammar(archetype.library, limbs, classes, species);
     return species;

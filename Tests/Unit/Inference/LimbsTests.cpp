@@ -165,4 +165,48 @@ TEST(Limbs, ClassByTemplateSizeAndHeight)
     }
 }
 
+TEST(Limbs, ShareARuleIfAlikeAndOftenEnough)
+{
+    // Three tips that differ by their scaling, one that is drawn twice, and two forks that carry different ones.
+    const Archetype archetype = samples::read("trunk: F[-FA]F[-FB]F[-FC]F[-FD]F[-FE]FX\nfork: F[+FX]FY\ntip: F",
+                                              R"({"template":"trunk","children":{
+            "A":{"template":"tip","scaling":1.5}, "B":{"template":"tip","scaling":0.5},
+            "C":{"template":"tip","scaling":0.75}, "D":{"template":"tip","rotation":70}, "E":{"template":"tip","rotation":-70},
+            "X":{"template":"fork","children":{"X":{"template":"fork"},"Y":{"template":"fork","branchingAngle":30}}}}})");
+    const LimbTable table = shareLimbs(archetype, anchorsOf(archetype), segmentsDrawn(archetype.library));
+    KinClasses classes = classify(table, {4, 1.5, false}, table.limbs[table.roots[0].limb].segments);
+    runAlikeLimbs(table, classes);
+    std::uint32_t met = 0;
+    for (std::size_t c = 0; c < classes.kin.size(); ++c)
+    {
+        const std::string& name = archetype.library.templates[table.limbs[classes.kin[c][0]].piece].name;
+        if (name == "tip")
+        {
+            EXPECT_EQ(classes.runs[c], (std::vector<std::uint32_t>{3, 1}))
+                << "the one that is drawn twice stands alone";
+            ++met;
+        }
+        else if (name == "fork" && classes.kin[c].size() == 2)
+        {
+            EXPECT_EQ(classes.runs[c], std::vector<std::uint32_t>{2});
+            ++met;
+        }
+        EXPECT_EQ(std::accumulate(classes.runs[c].begin(), classes.runs[c].end(), 0u), classes.kin[c].size());
+    }
+    EXPECT_EQ(met, 2u);
+
+    // By hand: 4 classes, 5 directions. Of the tips three rules become one: two names of a class (2 bits) and two
+    // numbers among 4 (2 bits) are saved, and the range takes one number more.
+    const DescriptionLength lengths = DescriptionLength::of(table, classes);
+    EXPECT_NEAR(lengths.classes, 2, 1e-12);
+    for (std::uint32_t c = 0; c < classes.kin.size(); ++c)
+        if (classes.kin[c].size() == 4)
+        {
+            EXPECT_NEAR(lengths.gainOfRun(table, classes, c, 0, 3), 2 * (2 + 2) - 2, 1e-12);
+        }
+    // What nothing tells apart from its description is not worth a run.
+    for (std::uint32_t c = 0; c < classes.kin.size(); ++c)
+        EXPECT_LE(lengths.gainOfRun(table, classes, c, 0, 1), 0);
+}
+
 } // namespace espalier

@@ -100,8 +100,8 @@ Archetype with(const Archetype& archetype, std::uint32_t parent, const std::stri
 }
 
 // The thesis' tree, by template alone:
-// III(2), instance 11, carries VIII(2), instance 12, which ends there.
-const std::string kRule = "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(2, 0) : ";
+// III(2), instance 11, carries VIII(1), instance 12, which ends there.
+const std::string kRule = "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(1, 0) : ";
 const std::string kWeight = "(i==2)*(1-w)+w/4";
 const std::string kDraw = " : ~ III(2)";
 
@@ -123,6 +123,62 @@ TEST(RuleEdits, ReadBackWhatIsPrinted)
     }
 }
 
+/// Five shoots of four sizes in a row, one of which carries a bud if asked, and one more of its own size if asked.
+Archetype shoots(bool bud, bool more)
+{
+    std::string text =
+        R"({"template":"stem","children":{"A":{"template":"shoot","scaling":0.5},"B":{"template":"shoot","scaling":0.75},)";
+    text += R"("C":{"template":"shoot","scaling":1.25)" +
+            std::string(bud ? R"(,"children":{"X":{"template":"tip"}})" : "") +
+            R"(},"D":{"template":"shoot","scaling":1.5},"E":{"template":"shoot","scaling":1.5})";
+    text += std::string(more ? R"(,"H":{"template":"shoot","scaling":2})" : "") + "}}";
+    return samples::read("stem: F[-FA]F[-FB]F[-FC]F[-FD]F[-FE]F[-FH]F\nshoot: F[+FX]F\ntip: F", text);
+}
+
+TEST(RuleEdits, SurviveInRulesThatLimbsShare)
+{
+    // Scalings 0.5, 0.75 and 1.25 share a rule; 1.5 was drawn twice and has its own.
+    const Species drawn = inferred(shoots(false, false));
+    const std::string text = printWithOrigins(drawn);
+    const std::string shared = "((i>=0&&i<3)*(1-w)+w*3/5)";
+    ASSERT_NE(text.find("3 limbs, 3 drawn: 0:1 0:2 0:3"), std::string::npos) << text;
+
+    // What is edited survives: the weight of the rule, and which limb a place names.
+    Species species = drawn;
+    edit(species, "(i>=0&&i<3)*(1-w)+w*3/5", "2*" + shared);
+    edit(species, "F(s)Shoot(1)", "F(s)Shoot(2)");
+    CarriedEdits carried = again(species, shoots(false, false));
+    EXPECT_TRUE(carried.conflicts.empty());
+    EXPECT_EQ(carried.edits, 2u);
+    EXPECT_NE(printWithOrigins(species).find("2*" + shared), std::string::npos) << printWithOrigins(species);
+
+    // Another limb joins them: the rule is the same one, and the places keep their limbs.
+    carried = again(species, shoots(false, true));
+    EXPECT_EQ(carried.conflicts.size(), 1u) << "the stem, whose last anchor was drawn at";
+    EXPECT_NE(printWithOrigins(species).find("2*((i>=0&&i<4)*(1-w)+w*4/6)"), std::string::npos)
+        << printWithOrigins(species);
+
+    // One of them leaves: the place that named it names it where it is now.
+    species = drawn;
+    edit(species, "F(s)Shoot(0)", "F(s)Shoot(2)");
+    carried = again(species, shoots(true, false));
+    EXPECT_EQ(carried.conflicts.size(), 1u) << "inference has changed the stem too";
+    species = drawn;
+    edit(species, "(i>=0&&i<3)*(1-w)+w*3/5", "2*" + shared);
+    carried = again(species, shoots(true, false));
+    EXPECT_TRUE(carried.conflicts.empty());
+    EXPECT_NE(printWithOrigins(species).find("2*((i>=0&&i<2)*(1-w)+w*2/5)"), std::string::npos)
+        << printWithOrigins(species);
+
+    // A lock on a limb is one on the rule that it shares.
+    species = drawn;
+    EXPECT_EQ(lockRules(species, "Shoot(2)", true).value(), 1u);
+    EXPECT_NE(printWithOrigins(species).find("3 limbs, 3 drawn: 0:1 0:2 0:3; locked"), std::string::npos);
+    carried = again(species, shoots(false, false));
+    EXPECT_TRUE(carried.conflicts.empty());
+    EXPECT_EQ(carried.locks, 1u);
+}
+
 TEST(RuleEdits, KeepDirectionsThatWereTurned)
 {
     const std::string trunk = "VII -> F(s)[-(b)F(s)III(0, 20)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20) : ~ VII(0)";
@@ -136,7 +192,7 @@ TEST(RuleEdits, KeepDirectionsThatWereTurned)
     // On finer classes the limb has no number, and keeps its direction.
     species = inferred(samples::thesis());
     edit(species, trunk, "VII -> F(s)[-(b)F(s)III(0, 35)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20*2) : ~ VII(0)");
-    edit(species, kRule, "III(i, t) -> +(2*t+r)F(s)+(b)F(s)VIII(2, t) : ");
+    edit(species, kRule, "III(i, t) -> +(2*t+r)F(s)+(b)F(s)VIII(1, t) : ");
     const CarriedEdits finer = again(species, samples::thesis(), 0.5, 0.0);
     EXPECT_TRUE(finer.conflicts.empty());
     EXPECT_TRUE(has(species, "VII -> F(s)[-(b)F(s)III(35)][F(s)VI(20)]+(b)F(s)VI2(-20*2) : ~ VII(0)"))
@@ -278,8 +334,8 @@ TEST(RuleEdits, SurviveABranchMore)
     EXPECT_EQ(carried.edits, 3u);
     EXPECT_TRUE(carried.conflicts.empty()) << carried.conflicts[0].reason;
     const std::string text = printWithOrigins(species);
-    EXPECT_TRUE(has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(2, 0) : 2*((i==2)*(1-w)+w/5) : ~ III(2)") ||
-                has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(2, 0) : 2*((i==3)*(1-w)+w/5) : ~ III(3)"))
+    EXPECT_TRUE(has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(1, 0) : 2*((i==2)*(1-w)+w/5) : ~ III(2)") ||
+                has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(1, 0) : 2*((i==3)*(1-w)+w/5) : ~ III(3)"))
         << text;
     EXPECT_NE(text.find("3*((i=="), std::string::npos) << text;
     EXPECT_NE(text.find(" : 5 : ~ VII(0)"), std::string::npos) << text;
@@ -343,7 +399,7 @@ TEST(RuleEdits, AddedRulesStayWhereTheirSymbolsDo)
 TEST(RuleEdits, CarryASuccessorWithTheNumbersItsLimbsHaveNow)
 {
     Species species = inferred(samples::thesis());
-    edit(species, kRule, "III(i, turn) -> +(turn+r)F(s)F(s)+(b)F(s)VIII(3, 0) : ");
+    edit(species, kRule, "III(i, turn) -> +(turn+r)F(s)F(s)+(b)F(s)VIII(2, 0) : ");
     EXPECT_EQ(summarizeEdits(species).changed, 1u);
     const CarriedEdits carried = again(species, samples::thesis(), 0.75, kFine);
     EXPECT_TRUE(carried.conflicts.empty());
@@ -389,7 +445,7 @@ TEST(RuleEdits, LeaveLockedRulesAsTheyAre)
     EXPECT_EQ(carried.locks, 4u);
     EXPECT_TRUE(carried.conflicts.empty());
     EXPECT_TRUE(has(species, kRule + kWeight + kDraw) ||
-                has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(2, 0) : (i==3)*(1-w)+w/4 : ~ III(3)"))
+                has(species, "III(i, turn) -> +(turn+r)F(s)+(b)F(s)VIII(1, 0) : (i==3)*(1-w)+w/4 : ~ III(3)"))
         << printWithOrigins(species);
     EXPECT_EQ(lockRules(species, "VI", false).value(), 3u);
     EXPECT_EQ(summarizeEdits(species).locked, 1u);
@@ -520,12 +576,14 @@ TEST(RuleEdits, SurviveWhateverElseIsDrawn)
             const auto found = std::ranges::find_if(species.rules, same);
             expected += found != species.rules.end() ? 1 : 0;
         }
-        EXPECT_EQ(carried.edits + carried.conflicts.size(), editedRules.size()) << "seed " << seed;
-        EXPECT_LE(carried.edits, expected) << "seed " << seed;
+        // An edit of limbs that shared a rule counts once for each rule that they have now.
+        EXPECT_GE(carried.edits + carried.conflicts.size(), editedRules.size()) << "seed " << seed;
         // A place can be taken by a limb that is known by itself; that is rare.
         EXPECT_GE(carried.edits + 3, expected) << "seed " << seed;
         for (const EditConflict& conflict : carried.conflicts)
-            EXPECT_EQ(conflict.reason, "what it stands for is no longer drawn") << "seed " << seed;
+            EXPECT_TRUE(conflict.reason == "what it stands for is no longer drawn" ||
+                        conflict.reason == "its limb shares a rule with others now")
+                << "seed " << seed << ": " << conflict.reason;
 
         const RuleMatch match = matchRules(species.inferred.value_or(species.grammar), species.grammar);
         std::uint32_t tripled = 0;

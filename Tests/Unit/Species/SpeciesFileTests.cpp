@@ -232,7 +232,7 @@ TEST(SpeciesFile, ReadsBackWhatAuthoringRemembers)
     EXPECT_EQ(printSpecies(species).find("inferred"), std::string::npos);
     EXPECT_EQ(printSpecies(species).find("conflicts"), std::string::npos);
     species.inferred = parseGrammar("axiom: A\nA -> F : 2\nA -> F F : 1", "x", {}).value();
-    species.rules = {{0xdeadbeef, 7, 40, std::vector<DrawnNode>(16, {1, 4294967295u}), true}, {0, 0, 0, {}}};
+    species.rules = {{0xdeadbeef, 7, 40, 12, std::vector<DrawnNode>(16, {1, 4294967295u}), true}, {0, 0, 0, 1, {}}};
     species.conflicts = {{"A -> \"F\"", "", "gone \\ é"}, {"", "A -> F", ""}};
     species.provenance.grammar = "0123";
     const std::string printed = printSpecies(species);

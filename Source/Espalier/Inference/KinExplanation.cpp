@@ -1,0 +1,248 @@
+#include <Espalier/Inference/InferenceContext.h>
+#include <Espalier/Inference/KinGrammar.h>
+#include <Espalier/Inference/KinNames.h>
+
+#include <Espalier/Core/Json.h>
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <numeric>
+#include <tuple>
+
+namespace espalier {
+
+namespace {
+
+std::string count(std::size_t number, const std::string& what)
+{
+    return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
+}
+
+/// `0.5 to 1.5`, or the one value.
+std::string range(double low, double high)
+{
+    const auto text = [](double value) { return formatNumber(std::round(value * 1e4) / 1e4); };
+    return low == high ? text(low) : text(low) + " to " + text(high);
+}
+
+/// Finds the merges of a finished choice of classes.
+class KinExplainer
+{
+public:
+    explicit KinExplainer(const InferenceContext& context)
+        : limbs_(context.limbs), classes_(context.classes), library_(context.exemplars.library),
+          lengths_(DescriptionLength::of(limbs_, classes_)), nodesOf_(limbs_.limbs.size())
+    {
+        std::vector<std::uint32_t> pieces;
+        for (const std::vector<std::uint32_t>& kin : classes_.kin)
+            pieces.push_back(limbs_.limbs[kin[0]].piece);
+        names_ = kinNames(library_, pieces).classes;
+        const std::vector<DrawnNode> nodes = drawnNodesOf(context.exemplars);
+        for (std::size_t i = 0; i < nodes.size(); ++i)
+            nodesOf_[limbs_.limbOf[i]].push_back(nodes[i]);
+    }
+
+    void explain(Explanation& explanation) const
+    {
+        for (std::uint32_t c = 0; c < classes_.kin.size(); ++c)
+        {
+            std::uint32_t first = 0;
+            for (const std::uint32_t length : classes_.runs[c])
+            {
+                for (std::uint32_t i = first; i < first + length; ++i)
+                    equalLimbs(c, i, explanation);
+                if (length > 1)
+                    alikeLimbs(c, first, length, explanation);
+                first += length;
+            }
+            wholeClass(c, explanation);
+        }
+        std::ranges::stable_sort(explanation.merges, [](const auto& a, const auto& b) {
+            return std::tuple(a.kind, -a.gain) < std::tuple(b.kind, -b.gain);
+        });
+        for (std::uint32_t limb = 0; limb < limbs_.limbs.size(); ++limb)
+            explanation.drawnBits += limbs_.limbs[limb].count * bitsOf(limb);
+        explanation.ruleBits = explanation.drawnBits;
+        for (const Explanation::Merge& merge : explanation.merges)
+            explanation.ruleBits -= merge.gain;
+    }
+
+private:
+    /// Of one limb by itself, told from all others without classes.
+    [[nodiscard]] double bitsOf(std::uint32_t limb) const
+    {
+        const double name = std::log2(static_cast<double>(limbs_.limbs.size()));
+        double bits = name;
+        for (std::size_t a = 0; a < library_.templates[limbs_.limbs[limb].piece].anchors.size(); ++a)
+        {
+            bits += lengths_.open;
+            if (limbs_.children[limbs_.limbs[limb].firstChild + a].limb != kNoInstance)
+                bits += name + lengths_.direction;
+        }
+        return bits;
+    }
+
+    void equalLimbs(std::uint32_t c, std::uint32_t number, Explanation& explanation) const
+    {
+        const std::uint32_t limb = classes_.kin[c][number];
+        const std::uint32_t times = limbs_.limbs[limb].count;
+        if (times < 2)
+            return;
+        explanation.merges.push_back({Explanation::Kind::Equal, numbered(c, number, 1), (times - 1) * bitsOf(limb),
+                                      "drawn " + count(times, "time") + ", with all it carries equal to the bit",
+                                      nodesOf_[limb]});
+    }
+
+    void alikeLimbs(std::uint32_t c, std::uint32_t first, std::uint32_t length, Explanation& explanation) const
+    {
+        const auto kin = std::span(classes_.kin[c]).subspan(first, length);
+        const auto spread = [&](double Limb::*part) {
+            const auto [low, high] =
+                std::ranges::minmax(kin, {}, [&](std::uint32_t limb) { return limbs_.limbs[limb].*part; });
+            return range(limbs_.limbs[low].*part, limbs_.limbs[high].*part);
+        };
+        const std::size_t loaded = carried(kin[0]);
+        explanation.merges.push_back({Explanation::Kind::Alike, numbered(c, first, length),
+                                      lengths_.gainOfRun(limbs_, classes_, c, first, length),
+                                      std::to_string(length) + " limbs that carry " +
+                                          (loaded == 0 ? std::string("nothing") : "the same " + count(loaded, "limb")) +
+                                          " share a rule: scaling " + spread(&Limb::scaling) + ", branching angle " +
+                                          spread(&Limb::branchingAngle),
+                                      nodesOf(kin)});
+    }
+
+    /// Of the names of its limbs, which now begin with that of their class.
+    void wholeClass(std::uint32_t c, Explanation& explanation) const
+    {
+        const std::vector<std::uint32_t>& kin = classes_.kin[c];
+        const auto size = static_cast<double>(kin.size());
+        double mentions = size; // at the head of their own rules
+        for (const LimbUse& use : limbs_.children)
+            mentions += use.limb != kNoInstance && classes_.classOf[use.limb] == c ? 1 : 0;
+        const double saved = std::log2(static_cast<double>(limbs_.limbs.size())) - lengths_.classes - std::log2(size);
+        double choice = 0;
+        for (const std::uint32_t limb : kin)
+        {
+            const double share = static_cast<double>(limbs_.limbs[limb].count) / classes_.occurrences[c];
+            choice -= share * std::log2(share);
+        }
+        const auto [small, large] =
+            std::ranges::minmax(kin, {}, [&](std::uint32_t limb) { return limbs_.limbs[limb].segments; });
+        const auto [low, high] =
+            std::ranges::minmax(kin, {}, [&](std::uint32_t limb) { return limbs_.limbs[limb].height; });
+        explanation.merges.push_back(
+            {Explanation::Kind::Class, names_[c], mentions * saved,
+             count(kin.size(), "limb") + " of the template " + library_.templates[limbs_.limbs[kin[0]].piece].name +
+                 ", " + range(limbs_.limbs[small].segments, limbs_.limbs[large].segments) + " segments large, " +
+                 range(limbs_.limbs[low].height, limbs_.limbs[high].height) + " instances high, drawn " +
+                 count(classes_.occurrences[c], "time") +
+                 (kin.size() == 1 ? std::string(": nothing else is of its kind")
+                                  : ": where one was drawn, any may grow with chance " + formatNumber(classes_.weight) +
+                                        ", a choice of " + formatNumber(std::round(choice * 100) / 100) + " bits"),
+             nodesOf(kin)});
+    }
+
+    [[nodiscard]] std::size_t carried(std::uint32_t limb) const
+    {
+        std::size_t loaded = 0;
+        for (std::size_t a = 0; a < library_.templates[limbs_.limbs[limb].piece].anchors.size(); ++a)
+            loaded += limbs_.children[limbs_.limbs[limb].firstChild + a].limb != kNoInstance ? 1 : 0;
+        return loaded;
+    }
+
+    [[nodiscard]] std::vector<DrawnNode> nodesOf(std::span<const std::uint32_t> kin) const
+    {
+        std::vector<DrawnNode> nodes;
+        for (const std::uint32_t limb : kin)
+            nodes.insert(nodes.end(), nodesOf_[limb].begin(), nodesOf_[limb].end());
+        std::ranges::sort(nodes, {}, [](const DrawnNode& node) { return std::pair(node.tree, node.node); });
+        return nodes;
+    }
+
+    [[nodiscard]] std::string numbered(std::uint32_t c, std::uint32_t first, std::uint32_t length) const
+    {
+        if (classes_.kin[c].size() == 1)
+            return names_[c];
+        return names_[c] + '(' + std::to_string(first) + (length > 1 ? ".." + std::to_string(first + length - 1) : "") +
+               ')';
+    }
+
+    const LimbTable& limbs_;
+    const KinClasses& classes_;
+    const TemplateLibrary& library_;
+    DescriptionLength lengths_;
+    std::vector<std::vector<DrawnNode>> nodesOf_; ///< Of each limb.
+    std::vector<std::string> names_;              ///< Of each class.
+};
+
+std::string fixed(double value, int digits)
+{
+    char text[64];
+    std::snprintf(text, sizeof text, "%.*f", digits, value);
+    return text;
+}
+
+/// Padded in front.
+std::string right(std::string text, std::size_t width)
+{
+    return text.size() < width ? std::string(width - text.size(), ' ') + text : text;
+}
+
+std::string left(std::string text, std::size_t width)
+{
+    text.resize(std::max(width, text.size()), ' ');
+    return text;
+}
+
+void printLevels(std::string& out, const std::vector<Explanation::Level>& levels)
+{
+    std::size_t width = 0;
+    for (const Explanation::Level& level : levels)
+        width = std::max(width, level.name.size());
+    out += left("classes tried, from the finest", width) + "     w  differ     fit    equal  score\n";
+    for (const Explanation::Level& level : levels)
+    {
+        out += left(level.name, width) + right(fixed(level.weight, 2), 6) + right(fixed(level.difference, 3), 8) +
+               right(fixed(100 * level.accepted, 0) + " %", 8) + right(fixed(100 * level.equal, 3) + " %", 9) +
+               right(fixed(level.score, 2), 7) + (level.chosen ? "  chosen" : "");
+        for (std::size_t i = 0; i < level.missed.size(); ++i)
+            out += (i == 0 ? "  misses: " : "; ") + level.missed[i];
+        out += '\n';
+    }
+    out += '\n';
+}
+
+} // namespace
+
+Explanation explainKin(const InferenceContext& context)
+{
+    Explanation explanation;
+    explanation.levels = context.levels;
+    KinExplainer(context).explain(explanation);
+    return explanation;
+}
+
+std::string printExplanation(const Explanation& explanation)
+{
+    std::string out;
+    if (!explanation.levels.empty())
+        printLevels(out, explanation.levels);
+    std::size_t width = 4;
+    for (const Explanation::Merge& merge : explanation.merges)
+        width = std::max(width, merge.name.size());
+    out += "gain, bits  " + left("what", width) + "  why\n";
+    constexpr std::size_t kMostNodes = 8;
+    for (const Explanation::Merge& merge : explanation.merges)
+    {
+        out += right(fixed(merge.gain, 1), 10) + "  " + left(merge.name, width) + "  " + merge.reason + ';';
+        for (std::size_t i = 0; i < std::min(merge.nodes.size(), kMostNodes); ++i)
+            out += ' ' + std::to_string(merge.nodes[i].tree) + ':' + std::to_string(merge.nodes[i].node);
+        out += merge.nodes.size() > kMostNodes ? " ...\n" : "\n";
+    }
+    out += right(fixed(explanation.drawnBits - explanation.ruleBits, 1), 10) +
+           "  together: " + fixed(explanation.drawnBits, 0) + " bits as drawn, " + fixed(explanation.ruleBits, 0) +
+           " as rules\n";
+    return out;
+}
+
+} // namespace espalier
