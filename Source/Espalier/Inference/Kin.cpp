@@ -71,6 +71,21 @@ std::string printKin(const InferenceContext& context)
     return printDraft(limbRules(limbs, library, draft, symbolOf), library);
 }
 
+/// The limbs as rules without transforms, each a symbol of its own.
+std::string printLimbs(const InferenceContext& context)
+{
+    const TemplateLibrary& library = context.exemplars.library;
+    const LimbTable& limbs = context.limbs;
+    std::vector<std::uint32_t> pieces;
+    for (const Limb& limb : limbs.limbs)
+        pieces.push_back(limb.piece);
+    DraftGrammar draft;
+    draft.names = kinNames(library, pieces).classes;
+    std::vector<std::uint32_t> symbolOf(limbs.limbs.size());
+    std::iota(symbolOf.begin(), symbolOf.end(), 0u);
+    return printDraft(limbRules(limbs, library, std::move(draft), symbolOf), library);
+}
+
 } // namespace
 
 Expected<void> shareIdenticalLimbs(InferenceContext& context)
@@ -78,17 +93,10 @@ Expected<void> shareIdenticalLimbs(InferenceContext& context)
     context.limbs = shareLimbs(context.exemplars, context.anchors, segmentsDrawn(context.exemplars.library));
     const LimbTable& limbs = context.limbs;
 
-    DraftGrammar draft;
-    std::vector<std::uint32_t> pieces;
-    for (const Limb& limb : limbs.limbs)
-        pieces.push_back(limb.piece);
-    draft.names = kinNames(context.exemplars.library, pieces).classes;
-    std::vector<std::uint32_t> symbolOf(limbs.limbs.size());
-    std::iota(symbolOf.begin(), symbolOf.end(), 0u);
     context.summary = std::to_string(context.exemplars.instances.size()) + " instances are " +
                       std::to_string(limbs.limbs.size()) + " distinct limbs";
-    context.grammarText =
-        printDraft(limbRules(limbs, context.exemplars.library, std::move(draft), symbolOf), context.exemplars.library);
+    if (context.options.trace)
+        context.grammarText = printLimbs(context);
     return {};
 }
 
@@ -214,7 +222,8 @@ Expected<void> classKin(InferenceContext& context)
     constexpr double kManyEqual = 1e-3; ///< About a thousand different trees.
     if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.equal > kManyEqual))
         species.provenance.note = adviceOnFewRelatives(context, chosen);
-    context.grammarText = printKin(context);
+    if (options.trace)
+        context.grammarText = printKin(context);
     return {};
 }
 
@@ -235,7 +244,8 @@ Expected<void> estimateKin(InferenceContext& context)
                            std::to_string(species.window->maxSegments) + " segments, " +
                            std::to_string(species.window->minDepth) + " to " +
                            std::to_string(species.window->maxDepth) + " instances deep";
-    context.grammarText = printGrammar(species.grammar);
+    if (context.options.trace)
+        context.grammarText = printGrammar(species.grammar);
     return {};
 }
 
