@@ -9,7 +9,6 @@
 #include <Espalier/Inference/KinGrammar.h>
 #include <Espalier/Inference/KinNames.h>
 #include <Espalier/Inference/KinTrial.h>
-#include <Espalier/Species/Grow.h>
 
 #include <Espalier/Core/Json.h>
 #include <algorithm>
@@ -104,27 +103,16 @@ namespace {
 
 /// The species of a choice: rules, window, and the drawn trees as what is not to be grown again. Returns what each rule
 /// stands for.
-Expected<std::vector<KinRule>> writeKin(const InferenceContext& context, const KinClasses& classes,
-                                        std::optional<GrowthWindow> window, Species& species)
+std::vector<KinRule> writeKin(const InferenceContext& context, const KinClasses& classes,
+                              std::optional<GrowthWindow> window, Species& species)
 {
     std::vector<KinRule> rules = writeKinGrammar(context.exemplars.library, context.limbs, classes, species);
     species.provenance.exemplars = static_cast<std::uint32_t>(context.limbs.roots.size());
     if (classes.weight == 0)
         return rules; // where nothing may change, the drawn trees themselves are what is wanted
     species.window = std::move(window);
-    GrowScratch scratch;
     for (std::uint32_t tree = 0; tree < std::min(species.provenance.exemplars, kMostCopies); ++tree)
-    {
-        if (context.options.progress.wantsStop())
-            return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
-        const auto grower = Grower::makeExemplar(species, tree);
-        if (!grower)
-            return tl::make_unexpected(grower.error());
-        const auto sample = grower->sample(Seed{}, 0, {}, scratch);
-        if (!sample)
-            return tl::make_unexpected(sample.error());
-        species.window->copies.push_back(sample->topology);
-    }
+        species.window->copies.push_back(drawnTopology(species, tree));
     return rules;
 }
 
@@ -138,8 +126,7 @@ Expected<double> shortfallOf(const InferenceContext& context, const KinTrial& tr
     if (provenance.exemplarInstances > kMostInstances || provenance.exemplarSegments > 0.05 * kSegments)
         return 0.0;
     Species species = context.species;
-    if (const auto written = writeKin(context, trial.classes, trial.window, species); !written)
-        return tl::make_unexpected(written.error());
+    writeKin(context, trial.classes, trial.window, species);
     ComparisonOptions options;
     options.first = Seed{0x6b696e2074727565u}; // away from the small numbers that people use
     options.editWork = 2e6;
@@ -230,13 +217,13 @@ Expected<void> classKin(InferenceContext& context)
 Expected<void> estimateKin(InferenceContext& context)
 {
     Species& species = context.species;
-    const auto rules = writeKin(context, context.classes, std::move(context.window), species);
-    if (!rules)
-        return tl::make_unexpected(rules.error());
+    const std::vector<KinRule> rules = writeKin(context, context.classes, std::move(context.window), species);
+    if (context.options.progress.wantsStop())
+        return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
     // Of more rules than anybody reads, the origins would only swell the file.
     constexpr std::size_t kMostOrigins = 16384;
-    if (rules->size() <= kMostOrigins)
-        species.rules = originsOf(*rules, context.limbs, context.exemplars, context.anchors);
+    if (rules.size() <= kMostOrigins)
+        species.rules = originsOf(rules, context.limbs, context.exemplars, context.anchors);
     context.summary = std::to_string(species.grammar.productions.size()) + " productions over " +
                       std::to_string(species.tables.size()) + " tables of observed transforms";
     if (species.window)

@@ -26,18 +26,29 @@ KinSimulation::KinSimulation(const LimbTable& limbs, const KinClasses& classes, 
         places_.push_back({limb.piece, limb.firstChild, 0, 0});
     settled_.resize(limbs.limbs.size());
     for (const std::vector<std::uint32_t>& kin : classes.kin)
+        if (settledSegments > 0 &&
+            std::ranges::all_of(kin, [&](std::uint32_t limb) { return limbs.limbs[limb].segments <= settledSegments; }))
+            for (const std::uint32_t limb : kin)
+                settled_[limb] = true;
+    // Where settled limbs stand for each other, only those do that hang at what is not settled: so each drawn one is
+    // still expected once.
+    std::vector<std::uint32_t> hanging(limbs.limbs.size());
+    for (const std::uint32_t root : limbs.roots)
+        ++hanging[root];
+    for (std::size_t i = 0; i < limbs.limbs.size(); ++i)
+        for (std::uint32_t a = 0; !settled_[i] && a < anchors[limbs.limbs[i].piece]; ++a)
+            if (const std::uint32_t child = limbs.children[limbs.limbs[i].firstChild + a]; child != kNoInstance)
+                hanging[child] += limbs.limbs[i].count;
+    for (const std::vector<std::uint32_t>& kin : classes.kin)
     {
-        const bool isSettled =
-            std::ranges::all_of(kin, [&](std::uint32_t limb) { return limbs.limbs[limb].segments <= settledSegments; });
         const auto first = static_cast<std::uint32_t>(members_.size());
         for (const std::uint32_t limb : kin)
-            members_.insert(members_.end(), limbs.limbs[limb].count, limb);
+            members_.insert(members_.end(), settled_[limb] ? hanging[limb] : limbs.limbs[limb].count, limb);
         const auto count = static_cast<std::uint32_t>(members_.size()) - first;
         for (const std::uint32_t limb : kin)
         {
             places_[limb].firstMember = first;
             places_[limb].members = count;
-            settled_[limb] = isSettled && settledSegments > 0;
         }
     }
 }

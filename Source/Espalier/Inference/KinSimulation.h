@@ -79,7 +79,7 @@ private:
     bool exchangesAnchors_;
     std::vector<Place> places_;          ///< Of each limb.
     std::vector<bool> settled_;          ///< Likewise.
-    std::vector<std::uint32_t> members_; ///< The limbs of all classes, each as often as it was drawn.
+    std::vector<std::uint32_t> members_; ///< The limbs of all classes, each as often as it was drawn and may be taken.
     std::vector<Pending> pending_;
     PqGramCounter grams_;
     RandomKey key_{Seed{}};
