@@ -93,7 +93,7 @@ Species loadSpeciesFile(const std::filesystem::path& path)
 {
     if (path.extension() != ".species")
         failUsage(path.string() + ": expected a .species file; `espalier infer` makes one from an archetype");
-    return orFail(loadSpecies(path));
+    return orFail(loadSpecies(path, authoringLimits()));
 }
 
 Grammar loadGrammarFile(const std::filesystem::path& path)

@@ -75,7 +75,7 @@ void grammar(const GrammarOptions& options)
     lock(species, options);
     if (options.dismiss)
         species.conflicts.clear();
-    orFail(saveSpecies(options.species, species));
+    orFail(saveSpecies(options.species, species, authoringLimits()));
     std::cout << options.species << ": " << summary(species) << '\n';
 }
 

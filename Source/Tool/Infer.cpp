@@ -5,6 +5,7 @@
 #include <Espalier/Inference/RuleEdits.h>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 
@@ -38,7 +39,7 @@ std::optional<Species> formerSpecies(const InferOptions& options)
     if (options.output.empty() || !std::filesystem::exists(options.output, ignored))
         return {};
     const std::string advice = "name another output, or say --fresh to overwrite it";
-    auto former = loadSpecies(options.output);
+    auto former = loadSpecies(options.output, authoringLimits());
     if (!former && options.fresh)
     {
         std::cerr << options.output << ": overwritten; it was no species that can be read\n";
@@ -148,11 +149,17 @@ void infer(const InferOptions& options)
         return;
     if (former)
         carry(*former, species, options.output);
-    orFail(saveSpecies(options.output, species));
+    orFail(saveSpecies(options.output, species, authoringLimits()));
     if (!options.trace && !options.explain)
         std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances, "
                   << species.grammar.productions.size() << " productions, merge weight "
                   << species.provenance.mergeWeight << (options.mergeWeight ? "" : " (chosen)") << '\n';
+    std::error_code ignored;
+    const std::uintmax_t bytes = std::filesystem::file_size(options.output, ignored);
+    if (constexpr Limits kGames; !ignored && bytes > kGames.fileBytes)
+        std::cerr << options.output << ": the species has " << bytes << " bytes, more than games read unless they raise"
+                  << " the limit fileBytes of " << kGames.fileBytes
+                  << "; equal branches, which are written once, would make it smaller\n";
     if (!species.provenance.note.empty())
         std::cerr << species.name << ": " << species.provenance.note << '\n';
 }

@@ -32,7 +32,8 @@ Limits authoringLimits()
 {
     Limits limits;
     limits.fileBytes = std::size_t{512} << 20;
-    limits.jsonValues = 16u << 20; // a gigabyte; seven stand for an instance
+    limits.jsonValues = 16u << 20;   // a gigabyte; seven stand for an instance
+    limits.grammarParts = 32u << 20; // a gigabyte; thirty stand for a rule
     limits.generations = 64u << 10;
     limits.nodes = limits.inferredNodes;
     return limits;

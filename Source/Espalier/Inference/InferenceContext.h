@@ -11,7 +11,8 @@
 namespace espalier {
 
 /// What the passes of an inference work on, from the drawn trees to the finished species. Each pass reads what earlier
-/// ones left and adds its own; `summary` and `grammarText` are what the trace shows after it.
+/// ones left and adds its own; `summary` and `grammarText` are what the trace shows after it (of a large tree the text
+/// takes longer than the pass, so it is not needed where nobody traces).
 struct InferenceContext
 {
     const InferenceOptions& options;

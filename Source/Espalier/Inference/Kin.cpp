@@ -9,7 +9,6 @@
 #include <Espalier/Inference/KinGrammar.h>
 #include <Espalier/Inference/KinNames.h>
 #include <Espalier/Inference/KinTrial.h>
-#include <Espalier/Species/Grow.h>
 
 #include <Espalier/Core/Json.h>
 #include <algorithm>
@@ -71,6 +70,21 @@ std::string printKin(const InferenceContext& context)
     return printDraft(limbRules(limbs, library, draft, symbolOf), library);
 }
 
+/// The limbs as rules without transforms, each a symbol of its own.
+std::string printLimbs(const InferenceContext& context)
+{
+    const TemplateLibrary& library = context.exemplars.library;
+    const LimbTable& limbs = context.limbs;
+    std::vector<std::uint32_t> pieces;
+    for (const Limb& limb : limbs.limbs)
+        pieces.push_back(limb.piece);
+    DraftGrammar draft;
+    draft.names = kinNames(library, pieces).classes;
+    std::vector<std::uint32_t> symbolOf(limbs.limbs.size());
+    std::iota(symbolOf.begin(), symbolOf.end(), 0u);
+    return printDraft(limbRules(limbs, library, std::move(draft), symbolOf), library);
+}
+
 } // namespace
 
 Expected<void> shareIdenticalLimbs(InferenceContext& context)
@@ -78,17 +92,10 @@ Expected<void> shareIdenticalLimbs(InferenceContext& context)
     context.limbs = shareLimbs(context.exemplars, context.anchors, segmentsDrawn(context.exemplars.library));
     const LimbTable& limbs = context.limbs;
 
-    DraftGrammar draft;
-    std::vector<std::uint32_t> pieces;
-    for (const Limb& limb : limbs.limbs)
-        pieces.push_back(limb.piece);
-    draft.names = kinNames(context.exemplars.library, pieces).classes;
-    std::vector<std::uint32_t> symbolOf(limbs.limbs.size());
-    std::iota(symbolOf.begin(), symbolOf.end(), 0u);
     context.summary = std::to_string(context.exemplars.instances.size()) + " instances are " +
                       std::to_string(limbs.limbs.size()) + " distinct limbs";
-    context.grammarText =
-        printDraft(limbRules(limbs, context.exemplars.library, std::move(draft), symbolOf), context.exemplars.library);
+    if (context.options.trace)
+        context.grammarText = printLimbs(context);
     return {};
 }
 
@@ -96,27 +103,16 @@ namespace {
 
 /// The species of a choice: rules, window, and the drawn trees as what is not to be grown again. Returns what each rule
 /// stands for.
-Expected<std::vector<KinRule>> writeKin(const InferenceContext& context, const KinClasses& classes,
-                                        std::optional<GrowthWindow> window, Species& species)
+std::vector<KinRule> writeKin(const InferenceContext& context, const KinClasses& classes,
+                              std::optional<GrowthWindow> window, Species& species)
 {
     std::vector<KinRule> rules = writeKinGrammar(context.exemplars.library, context.limbs, classes, species);
     species.provenance.exemplars = static_cast<std::uint32_t>(context.limbs.roots.size());
     if (classes.weight == 0)
         return rules; // where nothing may change, the drawn trees themselves are what is wanted
     species.window = std::move(window);
-    GrowScratch scratch;
     for (std::uint32_t tree = 0; tree < std::min(species.provenance.exemplars, kMostCopies); ++tree)
-    {
-        if (context.options.progress.wantsStop())
-            return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
-        const auto grower = Grower::makeExemplar(species, tree);
-        if (!grower)
-            return tl::make_unexpected(grower.error());
-        const auto sample = grower->sample(Seed{}, 0, {}, scratch);
-        if (!sample)
-            return tl::make_unexpected(sample.error());
-        species.window->copies.push_back(sample->topology);
-    }
+        species.window->copies.push_back(drawnTopology(species, rules, tree));
     return rules;
 }
 
@@ -132,8 +128,7 @@ Expected<KinShortfall> shortfallOf(const InferenceContext& context, const KinTri
     Species species = context.species;
     KinClasses classes = trial.classes;
     runAlikeLimbs(context.limbs, classes);
-    if (const auto written = writeKin(context, classes, trial.window, species); !written)
-        return tl::make_unexpected(written.error());
+    writeKin(context, classes, trial.window, species);
     ComparisonOptions options;
     options.first = Seed{0x6b696e2074727565u}; // away from the small numbers that people use
     options.editWork = 2e6;
@@ -225,20 +220,21 @@ Expected<void> classKin(InferenceContext& context)
     constexpr double kManyEqual = 1e-3; ///< About a thousand different trees.
     if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.equal > kManyEqual))
         species.provenance.note = adviceOnFewRelatives(context, chosen);
-    context.grammarText = printKin(context);
+    if (options.trace)
+        context.grammarText = printKin(context);
     return {};
 }
 
 Expected<void> estimateKin(InferenceContext& context)
 {
     Species& species = context.species;
-    const auto rules = writeKin(context, context.classes, std::move(context.window), species);
-    if (!rules)
-        return tl::make_unexpected(rules.error());
+    const std::vector<KinRule> rules = writeKin(context, context.classes, std::move(context.window), species);
+    if (context.options.progress.wantsStop())
+        return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
     // Of more rules than anybody reads, the origins would only swell the file.
     constexpr std::size_t kMostOrigins = 16384;
-    if (rules->size() <= kMostOrigins)
-        species.rules = originsOf(*rules, context.limbs, context.classes, context.exemplars, context.anchors);
+    if (rules.size() <= kMostOrigins)
+        species.rules = originsOf(rules, context.limbs, context.classes, context.exemplars, context.anchors);
     context.summary = std::to_string(species.grammar.productions.size()) + " productions over " +
                       std::to_string(species.tables.size()) + " tables of observed transforms";
     if (species.window)
@@ -246,7 +242,8 @@ Expected<void> estimateKin(InferenceContext& context)
                            std::to_string(species.window->maxSegments) + " segments, " +
                            std::to_string(species.window->minDepth) + " to " +
                            std::to_string(species.window->maxDepth) + " instances deep";
-    context.grammarText = printGrammar(species.grammar);
+    if (context.options.trace)
+        context.grammarText = printGrammar(species.grammar);
     return {};
 }
 

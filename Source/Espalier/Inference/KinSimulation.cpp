@@ -9,6 +9,8 @@ void SimulatedTree::clear()
 {
     shape.labels.clear();
     shape.parents.clear();
+    grams.counts.clear();
+    grams.total = 0;
     segments = 0;
     depth = 0;
     topology = 0;
@@ -16,16 +18,38 @@ void SimulatedTree::clear()
 }
 
 KinSimulation::KinSimulation(const LimbTable& limbs, const KinClasses& classes, const std::vector<std::uint32_t>& draws,
-                             const std::vector<std::uint32_t>& anchors)
-    : limbs_(limbs), classes_(classes), draws_(draws), anchors_(anchors)
+                             const std::vector<std::uint32_t>& anchors, TreeRecord record, double settledSegments)
+    : limbs_(limbs), draws_(draws), anchors_(anchors), record_(record), exchangesAnchors_(classes.level.anchors)
 {
-    firstMember_.reserve(classes.kin.size() + 1);
-    firstMember_.push_back(0);
+    places_.reserve(limbs.limbs.size());
+    for (const Limb& limb : limbs.limbs)
+        places_.push_back({limb.piece, limb.firstChild, 0, 0});
+    settled_.resize(limbs.limbs.size());
+    for (const std::vector<std::uint32_t>& kin : classes.kin)
+        if (settledSegments > 0 &&
+            std::ranges::all_of(kin, [&](std::uint32_t limb) { return limbs.limbs[limb].segments <= settledSegments; }))
+            for (const std::uint32_t limb : kin)
+                settled_[limb] = true;
+    // Where settled limbs stand for each other, only those do that hang at what is not settled: so each drawn one is
+    // still expected once.
+    std::vector<std::uint32_t> hanging(limbs.limbs.size());
+    for (const LimbUse& root : limbs.roots)
+        ++hanging[root.limb];
+    for (std::size_t i = 0; i < limbs.limbs.size(); ++i)
+        for (std::uint32_t a = 0; !settled_[i] && a < anchors[limbs.limbs[i].piece]; ++a)
+            if (const std::uint32_t child = limbs.children[limbs.limbs[i].firstChild + a].limb; child != kNoInstance)
+                hanging[child] += limbs.limbs[i].count;
     for (const std::vector<std::uint32_t>& kin : classes.kin)
     {
+        const auto first = static_cast<std::uint32_t>(members_.size());
         for (const std::uint32_t limb : kin)
-            members_.insert(members_.end(), limbs.limbs[limb].count, limb);
-        firstMember_.push_back(static_cast<std::uint32_t>(members_.size()));
+            members_.insert(members_.end(), settled_[limb] ? hanging[limb] : limbs.limbs[limb].count, limb);
+        const auto count = static_cast<std::uint32_t>(members_.size()) - first;
+        for (const std::uint32_t limb : kin)
+        {
+            places_[limb].firstMember = first;
+            places_[limb].members = count;
+        }
     }
 }
 
@@ -34,13 +58,13 @@ void KinSimulation::grow(Seed seed, double weight, std::uint32_t mostSegments, S
     key_ = RandomKey(seed);
     counter_ = 0;
     threshold_ = static_cast<std::uint64_t>(weight * 0x1p53);
-    growFrom(limbs_.roots[seed.value % limbs_.roots.size()].limb, mostSegments, tree);
+    growRecorded(limbs_.roots[seed.value % limbs_.roots.size()].limb, mostSegments, tree);
 }
 
 void KinSimulation::drawn(std::size_t index, SimulatedTree& tree)
 {
     threshold_ = 0;
-    growFrom(limbs_.roots[index].limb, 0xffffffffu, tree);
+    growRecorded(limbs_.roots[index].limb, 0xffffffffu, tree);
 }
 
 bool KinSimulation::exchanges()
@@ -48,58 +72,89 @@ bool KinSimulation::exchanges()
     return threshold_ > 0 && (key_.bits(Purpose::Sampling, counter_++) >> 11) < threshold_;
 }
 
-std::uint32_t KinSimulation::kinOf(std::uint32_t limb)
+std::uint32_t KinSimulation::kinOf(const Place& place)
 {
-    const std::uint32_t c = classes_.classOf[limb];
-    const std::uint32_t first = firstMember_[c];
-    return members_[first + key_.below(Purpose::Sampling, firstMember_[c + 1] - first, counter_++)];
+    return members_[place.firstMember + key_.below(Purpose::Sampling, place.members, counter_++)];
 }
 
-std::uint32_t KinSimulation::childAt(std::uint32_t limb, std::uint32_t anchor) const
+void KinSimulation::growRecorded(std::uint32_t root, std::uint32_t mostSegments, SimulatedTree& tree)
 {
-    return limbs_.children[limbs_.limbs[limb].firstChild + anchor].limb;
+    if (record_ == TreeRecord::Shape)
+        growFrom<TreeRecord::Shape>(root, mostSegments, tree);
+    else
+        growFrom<TreeRecord::PqGrams>(root, mostSegments, tree);
 }
 
+/// A node's, once its children are pending: the first of them on top. That they may yet be exchanged does not matter,
+/// for kin have one template.
+void KinSimulation::countGrams(std::uint32_t parent, std::uint32_t label, std::size_t firstPending)
+{
+    std::uint32_t left = PqGramCounter::kNone;
+    for (std::size_t i = pending_.size(); i-- > firstPending;)
+    {
+        if (pending_[i].limb == kNoInstance)
+            continue;
+        const std::uint32_t child = places_[pending_[i].limb].piece;
+        grams_.add(parent, label, left, child);
+        left = child;
+    }
+    grams_.add(parent, label, left, PqGramCounter::kNone);
+}
+
+template <TreeRecord record>
 void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, SimulatedTree& tree)
 {
+    constexpr bool keepsShape = record == TreeRecord::Shape;
     tree.clear();
+    std::uint64_t topology = 0;
     const auto note = [&](std::uint64_t value) {
-        tree.topology = (tree.topology ^ (value + 1)) * 0x9e3779b97f4a7c15u;
-        tree.topology ^= tree.topology >> 29;
+        topology = (topology ^ (value + 1)) * 0x9e3779b97f4a7c15u;
+        topology ^= topology >> 29;
     };
-    pending_.assign(1, {root, 0, 1});
+    pending_.assign(1, {root, keepsShape ? 0 : PqGramCounter::kNone, 1, false});
     while (!pending_.empty())
     {
-        Pending next = pending_.back();
+        const Pending next = pending_.back();
         pending_.pop_back();
         if (next.limb == kNoInstance)
         {
             note(0);
             continue;
         }
-        if (exchanges())
-            next.limb = kinOf(next.limb);
-        const std::uint32_t piece = limbs_.limbs[next.limb].piece;
-        const std::uint32_t node = tree.shape.size();
-        tree.shape.labels.push_back(piece);
-        tree.shape.parents.push_back(next.parent);
-        note(piece + 1);
+        std::uint32_t limb = next.limb;
+        if (!next.settled && exchanges())
+            limb = kinOf(places_[limb]);
+        const bool settled = next.settled || settled_[limb];
+        const Place place = places_[limb];
+        const std::uint32_t node = keepsShape ? tree.shape.size() : place.piece;
+        if constexpr (keepsShape)
+        {
+            tree.shape.labels.push_back(place.piece);
+            tree.shape.parents.push_back(next.parent);
+        }
+        note(place.piece + 1);
         tree.depth = std::max(tree.depth, next.depth);
-        tree.segments += draws_[piece];
+        tree.segments += draws_[place.piece];
         if (tree.segments > mostSegments)
         {
             tree.whole = false;
-            return;
+            grams_.clear();
+            break;
         }
-        const bool exchangesAnchors =
-            classes_.level.anchors &&
-            firstMember_[classes_.classOf[next.limb] + 1] - firstMember_[classes_.classOf[next.limb]] > 1;
-        for (std::uint32_t a = anchors_[piece]; a-- > 0;)
+        const bool exchangesAnchors = !settled && exchangesAnchors_ && place.members > 1;
+        const std::size_t firstPending = pending_.size();
+        for (std::uint32_t a = anchors_[place.piece]; a-- > 0;)
         {
-            const std::uint32_t donor = exchangesAnchors && exchanges() ? kinOf(next.limb) : next.limb;
-            pending_.push_back({childAt(donor, a), node, next.depth + 1});
+            const std::uint32_t firstChild =
+                exchangesAnchors && exchanges() ? places_[kinOf(place)].firstChild : place.firstChild;
+            pending_.push_back({limbs_.children[firstChild + a].limb, node, next.depth + 1, settled});
         }
+        if constexpr (!keepsShape)
+            countGrams(next.parent, place.piece, firstPending);
     }
+    tree.topology = topology;
+    if (!keepsShape && tree.whole)
+        tree.grams = grams_.take();
 }
 
 } // namespace espalier

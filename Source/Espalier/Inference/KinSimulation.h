@@ -8,10 +8,19 @@
 
 namespace espalier {
 
+/// What is kept of a tree that is grown. Of one of a million instances the shape takes longer to write down than to
+/// grow.
+enum class TreeRecord
+{
+    Shape,
+    PqGrams,
+};
+
 /// A tree that a choice of classes and weight grows, as the limbs that stand in it.
 struct SimulatedTree
 {
-    LabelledTree shape;         ///< A node for each instance, labelled by its template; depth first.
+    LabelledTree shape;         ///< A node for each instance, labelled by its template; depth first. Or else:
+    PqGrams grams;              ///< Of the shape, if the tree is whole.
     std::uint32_t segments = 0; ///< Of all instances.
     std::uint32_t depth = 0;    ///< Nested instances.
     std::uint64_t topology = 0; ///< Equal for equal templates at equal anchors.
@@ -25,10 +34,12 @@ struct SimulatedTree
 class KinSimulation
 {
 public:
-    /// `draws[t]` is the number of segments that template t draws; `anchors[t]` that of its anchors. All arguments must
-    /// outlive it.
+    /// `draws[t]` is the number of segments that template t draws; `anchors[t]` that of its anchors. Classes none
+    /// of whose limbs has more than `settledSegments` segments are settled: their limbs are exchanged, but stand as
+    /// they were drawn, with nothing exchanged in them. All arguments must outlive it.
     KinSimulation(const LimbTable& limbs, const KinClasses& classes, const std::vector<std::uint32_t>& draws,
-                  const std::vector<std::uint32_t>& anchors);
+                  const std::vector<std::uint32_t>& anchors, TreeRecord record = TreeRecord::Shape,
+                  double settledSegments = 0);
 
     /// The tree of `seed` where kin are exchanged with chance `weight`; the drawn trees take turns as its beginning.
     /// Leaves off beyond `mostSegments` segments.
@@ -38,25 +49,39 @@ public:
     void drawn(std::size_t index, SimulatedTree& tree);
 
 private:
+    /// What is looked up of a limb wherever it stands, side by side.
+    struct Place
+    {
+        std::uint32_t piece;
+        std::uint32_t firstChild;  ///< Into LimbTable::children.
+        std::uint32_t firstMember; ///< Of its class, into `members_`.
+        std::uint32_t members;
+    };
     struct Pending
     {
         std::uint32_t limb;
-        std::uint32_t parent; ///< Node of the tree.
+        std::uint32_t parent; ///< Node of the tree; its label, where no shape is kept.
         std::uint32_t depth;
+        bool settled; ///< Nothing is exchanged from here on.
     };
 
+    template <TreeRecord record>
     void growFrom(std::uint32_t root, std::uint32_t mostSegments, SimulatedTree& tree);
+    void growRecorded(std::uint32_t root, std::uint32_t mostSegments, SimulatedTree& tree);
+    void countGrams(std::uint32_t parent, std::uint32_t label, std::size_t firstPending);
     [[nodiscard]] bool exchanges();
-    [[nodiscard]] std::uint32_t kinOf(std::uint32_t limb);
-    [[nodiscard]] std::uint32_t childAt(std::uint32_t limb, std::uint32_t anchor) const;
+    [[nodiscard]] std::uint32_t kinOf(const Place& place);
 
     const LimbTable& limbs_;
-    const KinClasses& classes_;
     const std::vector<std::uint32_t>& draws_;
     const std::vector<std::uint32_t>& anchors_;
-    std::vector<std::uint32_t> members_;     ///< The limbs of all classes, each as often as it was drawn.
-    std::vector<std::uint32_t> firstMember_; ///< Of each class, into `members_`; one more than there are classes.
+    TreeRecord record_;
+    bool exchangesAnchors_;
+    std::vector<Place> places_;          ///< Of each limb.
+    std::vector<bool> settled_;          ///< Likewise.
+    std::vector<std::uint32_t> members_; ///< The limbs of all classes, each as often as it was drawn and may be taken.
     std::vector<Pending> pending_;
+    PqGramCounter grams_;
     RandomKey key_{Seed{}};
     std::uint32_t counter_ = 0;
     std::uint64_t threshold_ = 0; ///< Of 2^53: below it, kin are exchanged.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 
 namespace espalier {
 
@@ -29,6 +30,11 @@ constexpr double kTrialInstances = 3e4; ///< Of all trees of a trial.
 constexpr double kFewInstances = 40;    ///< Up to which exact distances take no time.
 constexpr double kManyInstances = 2000; ///< From which on trees are compared by pq-grams alone.
 
+/// Of a large tree: limbs up to this share of it stand in trials as they were drawn. There are thousands of them, so
+/// that what would be exchanged in each evens out, and a tree drawn in order is quicker to read than one exchanged twig
+/// by twig: cache misses are the most of what growing a large one takes.
+constexpr double kSettledShare = 1.0 / 2000;
+
 double medianOf(std::vector<double> values)
 {
     if (values.empty())
@@ -37,8 +43,8 @@ double medianOf(std::vector<double> values)
     return values[values.size() / 2];
 }
 
-/// How near a trial comes to what is wanted, [0, 1].
-double scoreOf(const KinTrial& trial, double mostEqual)
+/// How near a trial, or the outcome of a weight, comes to what is wanted, [0, 1].
+double scoreOf(const auto& trial, double mostEqual)
 {
     // A pair that is equal ten times as often as it may be is as bad as half the difference.
     const double distinct = std::clamp(1 - 0.3 * std::log10(std::max(trial.equal, 1e-9) / mostEqual), 0.01, 1.0);
@@ -86,13 +92,19 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
         instances_ += limb.count / trees;
 
     const KinClasses none{{}, 0, std::vector<std::uint32_t>(limbs.limbs.size()), {{}}, {0}, {}};
-    KinSimulation simulation(limbs, none, draws, anchors_);
+    KinSimulation simulation(limbs, none, draws, anchors_, TreeRecord::PqGrams);
     SimulatedTree tree;
     for (std::size_t i = 0; i < std::min(limbs.roots.size(), std::size_t{kMostCopies}); ++i)
     {
         simulation.drawn(i, tree);
         drawn_.push_back(tree.topology);
     }
+}
+
+/// Trees of large ones are compared by their pq-grams alone.
+TreeRecord KinNursery::record() const
+{
+    return instances_ > kManyInstances ? TreeRecord::PqGrams : TreeRecord::Shape;
 }
 
 bool KinNursery::accepts(const GrowthWindow& window, const Sample& sample) const
@@ -145,20 +157,20 @@ GrowthWindow KinNursery::windowFor(const std::vector<Sample>& samples) const
     return best;
 }
 
-KinNursery::Stand KinNursery::growStand(const KinClasses& classes, double weight) const
+KinNursery::Stand KinNursery::growStand(KinSimulation& simulation, double weight) const
 {
     const auto trials =
         static_cast<std::uint32_t>(std::clamp(kTrialInstances / std::max(1.0, instances_), 10.0, 3000.0));
     Stand stand;
-    KinSimulation simulation(limbs_, classes, draws_, anchors_);
     const auto most = static_cast<std::uint32_t>(std::min(4e9, 1.5 * mostSegments_));
-    std::vector<LabelledTree> shapes;
+    std::vector<Shape> shapes(trials);
     SimulatedTree tree;
     for (std::uint32_t i = 0; i < trials; ++i)
     {
         simulation.grow(trialSeed(i), weight, most, tree);
         stand.samples.push_back({tree.segments, tree.depth, tree.topology, tree.whole});
-        shapes.push_back(tree.whole ? std::move(tree.shape) : LabelledTree{});
+        if (tree.whole)
+            shapes[i] = {tree.shape, std::move(tree.grams)};
     }
     stand.window = windowFor(stand.samples);
     for (std::size_t i = 0; i < shapes.size(); ++i)
@@ -169,31 +181,32 @@ KinNursery::Stand KinNursery::growStand(const KinClasses& classes, double weight
 
 /// The median over neighbours: exact distances of small trees; of large ones what pq-grams say, as `compare` does; and
 /// between, where pq-grams are too low and laying trees over each other is too high, the geometric mean of both.
-double KinNursery::differenceOf(const std::vector<LabelledTree>& shapes) const
+double KinNursery::differenceOf(const std::vector<Shape>& shapes) const
 {
     constexpr std::size_t kMostShapes = 200;
     const std::size_t count = std::min(shapes.size(), kMostShapes);
-    std::vector<PqGrams> grams;
-    for (std::size_t i = 0; i < (instances_ <= kFewInstances ? 0 : count); ++i)
-        grams.push_back(pqGramsOf(shapes[i]));
+    const bool isFew = instances_ <= kFewInstances;
+    const bool keepsShapes = record() == TreeRecord::Shape;
+    std::vector<PqGrams> grams; // of the shapes, where they were not counted in growing
+    for (std::size_t i = 0; i < (isFew || !keepsShapes ? 0 : count); ++i)
+        grams.push_back(pqGramsOf(shapes[i].tree));
     std::vector<double> distances;
     for (std::size_t i = 1; i < count; ++i)
     {
-        if (instances_ <= kFewInstances)
-            distances.push_back(normalisedEditDistance(shapes[i - 1], shapes[i]));
+        if (isFew)
+            distances.push_back(normalisedEditDistance(shapes[i - 1].tree, shapes[i].tree));
+        else if (!keepsShapes)
+            distances.push_back(estimatedEditDistance(shapes[i - 1].grams, shapes[i].grams));
         else
-        {
-            const double low = estimatedEditDistance(grams[i - 1], grams[i]);
-            distances.push_back(
-                instances_ > kManyInstances ? low : std::sqrt(low * overlaidDistance(shapes[i - 1], shapes[i])));
-        }
+            distances.push_back(std::sqrt(estimatedEditDistance(grams[i - 1], grams[i]) *
+                                          overlaidDistance(shapes[i - 1].tree, shapes[i].tree)));
     }
     return medianOf(std::move(distances));
 }
 
 /// What the estimate of trees that are neither small nor large must be multiplied by: from the exact distances of some
 /// pairs, if there is time for enough of them to tell. How far it is off depends on the tree more than on the weight.
-double KinNursery::distanceScaleAt(const KinTrial& trial) const
+double KinNursery::distanceScaleOf(const Stand& stand) const
 {
     constexpr double kBudget = 2e6; ///< Products of sizes: some tenths of a second.
     constexpr double kFewestPairs = 3;
@@ -201,40 +214,84 @@ double KinNursery::distanceScaleAt(const KinTrial& trial) const
     const double pairs = std::min(kBudget / (instances_ * instances_), kMostPairs);
     if (instances_ <= kFewInstances || pairs < kFewestPairs)
         return 1;
-    std::vector<LabelledTree> shapes = growStand(trial.classes, trial.classes.weight).accepted;
-    shapes.resize(std::min(shapes.size(), static_cast<std::size_t>(pairs) + 1));
+    const std::size_t count = std::min(stand.accepted.size(), static_cast<std::size_t>(pairs) + 1);
+    const std::vector<Shape> shapes(stand.accepted.begin(),
+                                    stand.accepted.begin() + static_cast<std::ptrdiff_t>(count));
     std::vector<double> exact;
     for (std::size_t i = 1; i < shapes.size(); ++i)
-        exact.push_back(normalisedEditDistance(shapes[i - 1], shapes[i]));
+        exact.push_back(normalisedEditDistance(shapes[i - 1].tree, shapes[i].tree));
     const double estimated = differenceOf(shapes);
     return exact.empty() || estimated <= 0 ? 1 : std::clamp(medianOf(std::move(exact)) / estimated, 0.25, 2.0);
 }
 
-Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight, double distanceScale) const
+KinNursery::Outcome KinNursery::outcomeOf(const Stand& stand, double weight) const
 {
-    if (progress_.wantsStop())
-        return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
-    Stand stand = growStand(classes, weight);
-    KinTrial trial;
-    trial.classes = std::move(classes);
-    trial.classes.weight = weight;
+    Outcome outcome;
+    outcome.weight = weight;
     std::vector<std::uint64_t> topologies;
     for (const Sample& sample : stand.samples)
         if (accepts(stand.window, sample))
             topologies.push_back(sample.topology);
-    trial.accepted = static_cast<double>(topologies.size()) / static_cast<double>(stand.samples.size());
-    trial.equal = shareOfEqualPairs(std::move(topologies));
-    trial.difference = distanceScale * differenceOf(stand.accepted);
-    trial.window = std::move(stand.window);
-    return trial;
+    outcome.accepted = static_cast<double>(topologies.size()) / static_cast<double>(stand.samples.size());
+    outcome.equal = shareOfEqualPairs(std::move(topologies));
+    outcome.difference = differenceOf(stand.accepted);
+    outcome.window = stand.window;
+    return outcome;
 }
+
+/// Grows stands of one choice of classes, at several weights; each weight once, for calibrating returns to them.
+class KinNursery::Bed
+{
+public:
+    Bed(const KinNursery& nursery, KinClasses classes)
+        : nursery_(nursery), classes_(std::move(classes)),
+          simulation_(nursery.limbs_, classes_, nursery.draws_, nursery.anchors_, nursery.record(),
+                      nursery.record() == TreeRecord::Shape ? 0 : kSettledShare * nursery.segments_)
+    {}
+    Bed(const Bed&) = delete;
+    Bed& operator=(const Bed&) = delete;
+
+    /// With the difference as estimated.
+    [[nodiscard]] Expected<Outcome> at(double weight)
+    {
+        if (nursery_.progress_.wantsStop())
+            return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
+        const auto [known, isNew] = outcomes_.try_emplace(weight);
+        if (isNew)
+            known->second = nursery_.outcomeOf(nursery_.growStand(simulation_, weight), weight);
+        return known->second;
+    }
+
+    [[nodiscard]] double distanceScaleAt(double weight)
+    {
+        const auto [known, isNew] = scales_.try_emplace(weight, 1.0);
+        if (isNew && nursery_.record() == TreeRecord::Shape)
+            known->second = nursery_.distanceScaleOf(nursery_.growStand(simulation_, weight));
+        return known->second;
+    }
+
+    [[nodiscard]] KinTrial trialOf(Outcome outcome) &&
+    {
+        classes_.weight = outcome.weight;
+        return {std::move(classes_), std::move(outcome.window), outcome.accepted, outcome.equal, outcome.difference, 0, {}};
+    }
+
+private:
+    const KinNursery& nursery_;
+    KinClasses classes_;
+    KinSimulation simulation_;
+    std::map<double, Outcome> outcomes_;
+    std::map<double, double> scales_;
+};
 
 Expected<KinTrial> KinNursery::tryOut(KinClasses classes, double weight) const
 {
-    auto trial = tryOut(std::move(classes), weight, 1);
-    if (trial)
-        trial->difference *= distanceScaleAt(*trial);
-    return trial;
+    Bed bed(*this, std::move(classes));
+    auto outcome = bed.at(weight);
+    if (!outcome)
+        return tl::make_unexpected(outcome.error());
+    outcome->difference *= bed.distanceScaleAt(weight);
+    return std::move(bed).trialOf(std::move(*outcome));
 }
 
 Expected<KinTrial> KinNursery::tryOut(const KinLevel& level, double weight) const
@@ -244,18 +301,26 @@ Expected<KinTrial> KinNursery::tryOut(const KinLevel& level, double weight) cons
 
 /// Differences rise with the weight and acceptance falls, within noise: the trials of all weights grow from the same
 /// seeds. Of large trees few are accepted at weight 1, too few to tell differences.
-Expected<KinTrial> KinNursery::bisect(const KinClasses& classes, double distanceScale) const
+Expected<KinNursery::Outcome> KinNursery::bisect(Bed& bed, double distanceScale) const
 {
-    const auto tooFew = [](const KinTrial& trial) { return trial.accepted < kLeastAccepted; };
-    auto best = tryOut(classes, 1.0, distanceScale);
+    const auto tooFew = [](const Outcome& trial) { return trial.accepted < kLeastAccepted; };
+    const auto at = [&](double weight) {
+        auto outcome = bed.at(weight);
+        if (outcome)
+            outcome->difference *= distanceScale;
+        return outcome;
+    };
+    auto best = at(1.0);
     if (!best || (best->difference < kLeastDifference && !tooFew(*best)))
         return best;
+    // Ten large trees do not tell weights apart that are nearer to each other.
+    const int resolution = instances_ > kManyInstances ? 4 : 1;
     int low = 0;    // hundredths: too small a weight
     int high = 100; // a sufficient one
-    while (high - low > 1)
+    while (high - low > resolution)
     {
         const int middle = (low + high) / 2;
-        auto trial = tryOut(classes, middle / 100.0, distanceScale);
+        auto trial = at(middle / 100.0);
         if (!trial)
             return trial;
         const bool enough = trial->difference >= kWantedDifference && trial->equal <= mostEqual(instances_);
@@ -271,19 +336,21 @@ Expected<KinTrial> KinNursery::calibrate(const KinLevel& level) const
 {
     constexpr int kMostRounds = 3;
     constexpr double kNear = 0.02;
-    const KinClasses classes = classify(limbs_, level, segments_);
+    Bed bed(*this, classify(limbs_, level, segments_));
     double scale = 1;
-    auto best = bisect(classes, scale);
+    auto best = bisect(bed, scale);
     for (int round = 0; round < kMostRounds && best && best->accepted > 0; ++round)
     {
         const double before = scale;
-        scale = distanceScaleAt(*best);
+        scale = bed.distanceScaleAt(best->weight);
         best->difference *= scale / before;
         if (std::abs(scale - before) < kNear * before || std::abs(best->difference - kWantedDifference) < kNear)
             break;
-        best = bisect(classes, scale);
+        best = bisect(bed, scale);
     }
-    return best;
+    if (!best)
+        return tl::make_unexpected(best.error());
+    return std::move(bed).trialOf(std::move(*best));
 }
 
 Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall, std::vector<KinTrial>& tried) const

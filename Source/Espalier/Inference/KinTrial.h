@@ -70,21 +70,38 @@ private:
         std::uint64_t topology;
         bool whole;
     };
-
-    [[nodiscard]] bool accepts(const GrowthWindow& window, const Sample& sample) const;
-    [[nodiscard]] GrowthWindow windowFor(const std::vector<Sample>& samples) const;
+    /// What distances are measured on: the one that suits the sizes (record).
+    struct Shape
+    {
+        LabelledTree tree;
+        PqGrams grams;
+    };
     /// The accepted of all attempts, and what is seen of the others.
     struct Stand
     {
         std::vector<Sample> samples;
-        std::vector<LabelledTree> accepted;
+        std::vector<Shape> accepted;
         GrowthWindow window;
     };
-    [[nodiscard]] Stand growStand(const KinClasses& classes, double weight) const;
-    [[nodiscard]] Expected<KinTrial> tryOut(KinClasses classes, double weight, double distanceScale) const;
-    [[nodiscard]] Expected<KinTrial> bisect(const KinClasses& classes, double distanceScale) const;
-    [[nodiscard]] double differenceOf(const std::vector<LabelledTree>& shapes) const;
-    [[nodiscard]] double distanceScaleAt(const KinTrial& trial) const;
+    /// What a KinTrial says of one weight, its difference as estimated.
+    struct Outcome
+    {
+        double weight = 0;
+        GrowthWindow window;
+        double accepted = 0;
+        double equal = 1;
+        double difference = 0;
+    };
+    class Bed;
+
+    [[nodiscard]] TreeRecord record() const;
+    [[nodiscard]] bool accepts(const GrowthWindow& window, const Sample& sample) const;
+    [[nodiscard]] GrowthWindow windowFor(const std::vector<Sample>& samples) const;
+    [[nodiscard]] Stand growStand(KinSimulation& simulation, double weight) const;
+    [[nodiscard]] Outcome outcomeOf(const Stand& stand, double weight) const;
+    [[nodiscard]] Expected<Outcome> bisect(Bed& bed, double distanceScale) const;
+    [[nodiscard]] double differenceOf(const std::vector<Shape>& shapes) const;
+    [[nodiscard]] double distanceScaleOf(const Stand& stand) const;
 
     const LimbTable& limbs_;
     const std::vector<std::uint32_t>& draws_;

@@ -70,15 +70,20 @@ Expected<void> checkOptions(std::span<const Archetype> archetypes, const Inferen
     return {};
 }
 
+/// Of one drawn tree, four for each instance that an inference takes at most; a skeleton of so many is two gigabytes.
+constexpr std::uint32_t kMostExemplarSegments = 16u << 20;
+
 /// Sizes of the drawn trees for the provenance, and pipes that suit them.
 Expected<void> measureExemplars(const InferenceContext& context, Species& species)
 {
     std::uint64_t segments = 0;
     const ArchetypeDrawer drawer(context.exemplars);
     Skeleton skeleton;
+    Limits limits;
+    limits.nodes = kMostExemplarSegments;
     for (std::size_t tree = 0; tree < drawer.trees(); ++tree)
     {
-        if (auto done = drawer.draw(tree, {}, skeleton); !done)
+        if (auto done = drawer.draw(tree, limits, skeleton); !done)
             return done;
         segments += skeleton.size();
         if (tree == 0)

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <iterator>
 #include <utility>
 
 namespace espalier {
@@ -101,65 +102,64 @@ double normalisedEditDistance(const LabelledTree& a, const LabelledTree& b)
     return size == 0 ? 0 : editDistance(a, b) / size;
 }
 
-namespace {
-
-/// Calls `use` with the four labels of each pq-gram: parent, node, two neighbouring children. `none` stands for what is
-/// not there.
-template <class Use>
-void eachPqGram(const LabelledTree& tree, std::uint32_t none, const Use& use)
+PqGramCounter::PqGramCounter()
 {
-    std::vector<std::uint32_t> left(tree.size(), none); // the last child seen
-    const auto parentLabel = [&](std::uint32_t node) { return node == 0 ? none : tree.labels[tree.parents[node]]; };
+    clear();
+}
+
+void PqGramCounter::clear()
+{
+    constexpr std::size_t kSlots = 512;
+    slots_.assign(std::max(slots_.size(), kSlots), {});
+    used_ = 0;
+    total_ = 0;
+}
+
+PqGrams PqGramCounter::take()
+{
+    PqGrams grams;
+    grams.total = total_;
+    grams.counts.reserve(used_);
+    std::ranges::copy_if(slots_, std::back_inserter(grams.counts),
+                         [](const PqGrams::Count& slot) { return slot.count > 0; });
+    std::ranges::sort(grams.counts, {}, &PqGrams::Count::gram);
+    clear();
+    return grams;
+}
+
+void PqGramCounter::widen()
+{
+    const std::vector<PqGrams::Count> old = std::exchange(slots_, std::vector<PqGrams::Count>(4 * slots_.size()));
+    const std::size_t last = slots_.size() - 1;
+    for (const PqGrams::Count& slot : old)
+    {
+        if (slot.count == 0)
+            continue;
+        std::size_t place = (slot.gram * 0x9e3779b97f4a7c15u) >> 32 & last;
+        while (slots_[place].count > 0)
+            place = (place + 1) & last;
+        slots_[place] = slot;
+    }
+}
+
+PqGrams pqGramsOf(const LabelledTree& tree)
+{
+    constexpr std::uint32_t kNone = PqGramCounter::kNone;
+    PqGramCounter counter;
+    std::vector<std::uint32_t> left(tree.size(), kNone); // the last child seen
+    const auto parentLabel = [&](std::uint32_t node) { return node == 0 ? kNone : tree.labels[tree.parents[node]]; };
     for (std::uint32_t node = 1; node < tree.size(); ++node)
     {
         const std::uint32_t parent = tree.parents[node];
-        use(parentLabel(parent), tree.labels[parent], left[parent], tree.labels[node]);
+        counter.add(parentLabel(parent), tree.labels[parent], left[parent], tree.labels[node]);
         left[parent] = tree.labels[node];
     }
     for (std::uint32_t node = 0; node < tree.size(); ++node)
-        use(parentLabel(node), tree.labels[node], left[node], none);
+        counter.add(parentLabel(node), tree.labels[node], left[node], kNone);
+    return counter.take();
 }
 
-/// Of few labels, so that there is a counter for every gram there can be.
-PqGrams countedGrams(const LabelledTree& tree, std::uint32_t labels)
-{
-    const std::uint64_t base = labels + 1;
-    std::vector<std::uint32_t> counters(base * base * base * base);
-    eachPqGram(tree, labels, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d) {
-        ++counters[((a * base + b) * base + c) * base + d];
-    });
-    PqGrams grams;
-    for (std::uint64_t i = 0; i < counters.size(); ++i)
-        if (counters[i] > 0)
-        {
-            const auto digit = [&](std::uint64_t value) { return value == labels ? 0xffffu : value; };
-            const std::uint64_t gram = digit(i / (base * base * base)) << 48 | digit(i / (base * base) % base) << 32 |
-                                       digit(i / base % base) << 16 | digit(i % base);
-            grams.counts.push_back({gram, counters[i]});
-            grams.total += counters[i];
-        }
-    return grams;
-}
-
-PqGrams sortedGrams(const LabelledTree& tree)
-{
-    constexpr std::uint32_t kNone = 0xffff;
-    std::vector<std::uint64_t> all;
-    all.reserve(2 * std::size_t{tree.size()});
-    eachPqGram(tree, kNone, [&](std::uint64_t a, std::uint64_t b, std::uint64_t c, std::uint64_t d) {
-        all.push_back((a & 0xffff) << 48 | (b & 0xffff) << 32 | (c & 0xffff) << 16 | (d & 0xffff));
-    });
-    std::ranges::sort(all);
-    PqGrams grams;
-    for (const std::uint64_t gram : all)
-    {
-        if (grams.counts.empty() || grams.counts.back().gram != gram)
-            grams.counts.push_back({gram, 0});
-        ++grams.counts.back().count;
-    }
-    grams.total = all.size();
-    return grams;
-}
+namespace {
 
 ChildLists childrenOf(const LabelledTree& tree)
 {
@@ -169,14 +169,6 @@ ChildLists childrenOf(const LabelledTree& tree)
 }
 
 } // namespace
-
-PqGrams pqGramsOf(const LabelledTree& tree)
-{
-    constexpr std::uint32_t kFewLabels = 32;
-    constexpr std::uint32_t kManyNodes = 50000;
-    const std::uint32_t labels = tree.size() == 0 ? 0 : *std::ranges::max_element(tree.labels) + 1;
-    return labels <= kFewLabels && tree.size() >= kManyNodes ? countedGrams(tree, labels) : sortedGrams(tree);
-}
 
 double pqGramDistance(const PqGrams& a, const PqGrams& b)
 {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -34,6 +35,39 @@ struct PqGrams
     };
     std::vector<Count> counts;
     std::uint64_t total = 0;
+};
+
+/// Counts pq-grams as a tree is walked, in any order. Of labels beyond 65,534 some count as equal.
+class PqGramCounter
+{
+public:
+    static constexpr std::uint32_t kNone = 0xffff; ///< The label of what is not there.
+
+    PqGramCounter();
+    /// `right` follows `left` among the children of `node`; both are kNone where it has none.
+    void add(std::uint32_t parent, std::uint32_t node, std::uint32_t left, std::uint32_t right)
+    {
+        const std::uint64_t gram = std::uint64_t{parent & 0xffff} << 48 | std::uint64_t{node & 0xffff} << 32 |
+                                   (left & 0xffff) << 16 | (right & 0xffff);
+        const std::size_t last = slots_.size() - 1;
+        std::size_t place = (gram * 0x9e3779b97f4a7c15u) >> 32 & last;
+        while (slots_[place].count > 0 && slots_[place].gram != gram)
+            place = (place + 1) & last;
+        slots_[place].gram = gram;
+        ++total_;
+        if (slots_[place].count++ == 0 && 2 * ++used_ > slots_.size())
+            widen();
+    }
+    /// What was counted; it then begins anew.
+    [[nodiscard]] PqGrams take();
+    void clear();
+
+private:
+    void widen();
+
+    std::vector<PqGrams::Count> slots_; ///< A power of two of them, open addressing; 0 counted: empty.
+    std::size_t used_ = 0;
+    std::uint64_t total_ = 0;
 };
 
 /// The tree's pq-grams with p = q = 2 (Augsten, Boehlen & Gamper, "Approximate matching of hierarchical data using

@@ -42,11 +42,11 @@ public:
     {
         for (const LetterId letter : letters)
         {
-            sample.topology = (sample.topology ^ nameHashes_[letter]) * 0x100000001b3u;
-            sample.topology ^= sample.topology >> 29;
+            topology_.add(nameHashes_[letter]);
             if (filter_.carriesOut(commands_[letter]) && commands_[letter] == TurtleCommand::Draw)
                 ++sample.segments;
         }
+        sample.topology = topology_.value();
         return sample.segments <= mostSegments_;
     }
     void beginInstance(std::uint32_t, std::uint32_t) override
@@ -62,6 +62,7 @@ private:
     const std::vector<std::uint64_t>& nameHashes_;
     std::uint32_t mostSegments_;
     TurtleFilter filter_;
+    TopologyHash topology_;
     std::uint32_t depth_ = 0;
 };
 
@@ -74,6 +75,13 @@ double excess(double value, double low, double high)
 }
 
 } // namespace
+
+std::uint64_t TopologyHash::ofName(std::string_view symbol) noexcept
+{
+    Hash64 hash;
+    hash.bytes(symbol);
+    return hash.result();
+}
 
 Expected<Grower> Grower::make(const Species& species, std::optional<std::uint32_t> iterations, const Limits& limits)
 {
@@ -142,11 +150,7 @@ Grower::Grower(GrammarProgram program, const Species& species)
       window_(species.window), pipes_(species.appearance.pipes)
 {
     for (const SymbolId symbol : alphabet_.symbols)
-    {
-        Hash64 hash;
-        hash.bytes(species.grammar.symbols.name(symbol));
-        nameHashes_.push_back(hash.result());
-    }
+        nameHashes_.push_back(TopologyHash::ofName(species.grammar.symbols.name(symbol)));
 }
 
 Expected<bool> Grower::derive(Seed seed, std::uint32_t attempt, const GrowOptions& options, GrowScratch& scratch,

@@ -8,6 +8,7 @@
 #include <Espalier/Species/Species.h>
 #include <Espalier/Turtle/Turtle.h>
 #include <optional>
+#include <string_view>
 #include <vector>
 
 namespace espalier {
@@ -37,6 +38,23 @@ struct GrowthSample
     std::uint32_t depth = 0;    ///< Nested template instances.
     std::uint64_t topology = 0; ///< Hash of its word without parameters.
     bool whole = true;          ///< False if it was left because it grew too large.
+};
+
+/// GrowthSample::topology of a word, symbol by symbol: for those who know what will be derived.
+class TopologyHash
+{
+public:
+    /// What stands for a symbol: numbers depend on the text, names do not.
+    [[nodiscard]] static std::uint64_t ofName(std::string_view symbol) noexcept;
+    void add(std::uint64_t nameHash) noexcept
+    {
+        value_ = (value_ ^ nameHash) * 0x100000001b3u;
+        value_ ^= value_ >> 29;
+    }
+    [[nodiscard]] std::uint64_t value() const noexcept { return value_; }
+
+private:
+    std::uint64_t value_ = 0;
 };
 
 /// A species made ready: its grammar compiled, its symbols bound to the turtle. Immutable; share it among threads.
@@ -85,7 +103,7 @@ private:
 
     GrammarProgram program_;
     TurtleAlphabet alphabet_;
-    std::vector<std::uint64_t> nameHashes_; ///< Of each letter: numbers depend on the text, names do not.
+    std::vector<std::uint64_t> nameHashes_; ///< Of each letter.
     std::optional<std::uint32_t> iterations_;
     TurtleSettings turtle_;
     std::optional<GrowthWindow> window_;

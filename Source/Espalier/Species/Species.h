@@ -108,8 +108,10 @@ struct Species
 
 [[nodiscard]] Expected<Species> loadSpecies(const std::filesystem::path& path, const Limits& limits = {});
 
-/// Writes atomically; refuses a species that could not be read back.
-[[nodiscard]] Expected<void> saveSpecies(const std::filesystem::path& path, const Species& species);
+/// Writes atomically; refuses a species that could not be read back within `limits`. A game's are the default; it takes
+/// some 80,000 rules, each with a transform of its own, to exceed them.
+[[nodiscard]] Expected<void> saveSpecies(const std::filesystem::path& path, const Species& species,
+                                         const Limits& limits = {});
 
 /// Identity of a grammar: a hash of its text, 16 hex digits.
 [[nodiscard]] std::string identityOf(const Grammar& grammar);

@@ -98,6 +98,75 @@ TEST(KinSimulation, GrowsWhatTheGrammarGrows)
     }
 }
 
+TEST(KinSimulation, CountsThePqGramsOfTheShape)
+{
+    const Scene scene(samples::randomArchetype(Seed{8}, 300));
+    for (const KinLevel& level : kinLevels())
+    {
+        const KinClasses classes = classify(scene.limbs, level, scene.segments);
+        KinSimulation shapes(scene.limbs, classes, scene.draws, scene.anchors);
+        KinSimulation grams(scene.limbs, classes, scene.draws, scene.anchors, TreeRecord::PqGrams);
+        SimulatedTree tree;
+        SimulatedTree counted;
+        for (std::uint64_t seed = 0; seed < 20; ++seed)
+        {
+            shapes.grow(Seed{seed}, 0.5, 1000, tree);
+            grams.grow(Seed{seed}, 0.5, 1000, counted);
+            EXPECT_EQ(counted.topology, tree.topology);
+            EXPECT_EQ(counted.whole, tree.whole);
+            EXPECT_EQ(counted.shape.size(), 0u);
+            const PqGrams expected = tree.whole ? pqGramsOf(tree.shape) : PqGrams{};
+            EXPECT_EQ(counted.grams.total, expected.total);
+            EXPECT_EQ(pqGramDistance(counted.grams, expected), 0);
+        }
+    }
+}
+
+TEST(KinSimulation, SettledLimbsStandAsDrawn)
+{
+    const Scene scene(samples::grownArchetype(Seed{2}, 2000, samples::Repetition::Distinct));
+    const KinClasses classes = classify(scene.limbs, kinLevels()[0], scene.segments);
+    KinSimulation all(scene.limbs, classes, scene.draws, scene.anchors, TreeRecord::Shape, scene.segments);
+    KinSimulation few(scene.limbs, classes, scene.draws, scene.anchors, TreeRecord::Shape, scene.segments / 20);
+    KinSimulation none(scene.limbs, classes, scene.draws, scene.anchors);
+    SimulatedTree drawn;
+    SimulatedTree tree;
+    none.drawn(0, drawn);
+    all.grow(Seed{1}, 1, 1u << 20, tree);
+    EXPECT_EQ(tree.topology, drawn.topology); // the whole tree is its own only kin
+    Mean size;
+    for (std::uint64_t seed = 0; seed < 2000; ++seed)
+    {
+        few.grow(Seed{seed}, 0.5, 1u << 20, tree);
+        EXPECT_NE(tree.topology, drawn.topology);
+        size.add(tree.segments);
+    }
+    EXPECT_NEAR(size.mean(), scene.segments, 5 * size.error()); // each drawn limb is expected once all the same
+}
+
+TEST(KinTopology, IsWhatTheGrowerOfTheDrawnTreeFinds)
+{
+    for (const Archetype& archetype :
+         {samples::thesis(), samples::bush(), samples::randomArchetype(Seed{3}, 200, 4), samples::chain(3),
+          samples::grownArchetype(Seed{3}, 2000, samples::Repetition::Copied)})
+    {
+        const Scene scene(archetype);
+        for (const KinLevel& level : kinLevels())
+        {
+            KinClasses classes = classify(scene.limbs, level, scene.segments);
+            classes.weight = 0.4;
+            runAlikeLimbs(scene.limbs, classes);
+            Species species;
+            const std::vector<KinRule> rules = writeKinGrammar(archetype.library, scene.limbs, classes, species);
+            species.provenance.exemplars = static_cast<std::uint32_t>(scene.limbs.roots.size());
+            GrowScratch scratch;
+            for (std::uint32_t tree = 0; tree < species.provenance.exemplars; ++tree)
+                EXPECT_EQ(drawnTopology(species, rules, tree),
+                          Grower::makeExemplar(species, tree)->sample(Seed{}, 0, {}, scratch)->topology);
+        }
+    }
+}
+
 TEST(KinSimulation, LeavesOffWhatGrowsTooLarge)
 {
     const Scene scene(samples::randomArchetype(Seed{8}, 500));

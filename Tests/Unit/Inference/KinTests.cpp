@@ -258,4 +258,20 @@ TEST(Kin, InfersFromDeepChainsAndLargeTrees)
     }
 }
 
+TEST(Kin, HoldsALargeDrawnTreeExactly)
+{
+    for (const auto repetition : {samples::Repetition::Copied, samples::Repetition::Distinct})
+    {
+        const Archetype archetype = samples::grownArchetype(Seed{5}, 20000, repetition);
+        const Species species = inferred(archetype);
+        EXPECT_GT(species.provenance.mergeWeight, 0);
+        const Grower grower = Grower::makeExemplar(species).value();
+        GrowScratch scratch;
+        Skeleton grown;
+        ASSERT_TRUE(grower.grow(Seed{}, {}, scratch, grown));
+        EXPECT_EQ(anonymous(grown), drawn(archetype, species.appearance.pipes)[0]);
+        EXPECT_EQ(species.window->copies, std::vector{grower.sample(Seed{}, 0, {}, scratch)->topology});
+    }
+}
+
 } // namespace espalier

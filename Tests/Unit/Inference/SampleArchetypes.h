@@ -2,6 +2,7 @@
 
 #include <Espalier/Archetype/Archetype.h>
 #include <Espalier/Core/Random.h>
+#include <algorithm>
 #include <filesystem>
 
 // Archetypes that tests and benchmarks share.
@@ -74,6 +75,81 @@ inline Archetype randomArchetype(Seed seed, std::uint32_t instances, std::uint32
             archetype.instances.push_back(instance);
             for (std::uint32_t a = 0; a < archetype.library.templates[instance.piece].anchors.size(); ++a)
                 open.push_back({index, a});
+        }
+    }
+    return archetype;
+}
+
+/// How much the instances of a tree repeat.
+enum class Repetition
+{
+    Copied,   ///< Designers' trees: few transforms, side branches copied again and again.
+    Distinct, ///< Traced trees: no two transforms are equal, so no two limbs are.
+};
+
+/// A tree of just so many instances over mixedLibrary(), grown from the trunk by sharing out how many each branch is to
+/// have: of what it carries a leading shoot gets up to two thirds. About 2.5 log2(instances) instances deep.
+inline Archetype grownArchetype(Seed seed, std::uint32_t instances, Repetition repetition)
+{
+    Archetype archetype;
+    archetype.libraryName = "mixed.templates";
+    archetype.library = mixedLibrary();
+    struct Pending
+    {
+        std::uint32_t parent;
+        std::uint32_t anchor;
+        std::uint32_t size; ///< Instances of the branch.
+        RandomKey key;      ///< Branches of equal key and size are equal, where they are copied.
+    };
+    // Sizes that a copied branch may have: each about a third larger than the one before.
+    const auto copiedSize = [](std::uint32_t size) {
+        std::uint32_t step = 1;
+        while (step + (step + 2) / 3 <= size)
+            step += (step + 2) / 3;
+        return step;
+    };
+    const bool copies = repetition == Repetition::Copied;
+    const RandomKey copied = RandomKey(seed).child(1);
+    std::vector<Pending> pending{{kNoInstance, 0, instances, RandomKey(seed).child(0)}};
+    while (!pending.empty())
+    {
+        const Pending at = pending.back();
+        pending.pop_back();
+        const auto below = [&](std::uint64_t count, std::uint32_t draw) {
+            return static_cast<std::uint32_t>(at.key.below(Purpose::Sampling, count, draw));
+        };
+        const auto index = static_cast<std::uint32_t>(archetype.instances.size());
+        constexpr std::uint32_t kForks = 3; // at the front of the library, with two or three anchors
+        constexpr std::uint32_t kBranching = 5;
+        constexpr std::uint32_t kTips = 5; // twig and bud follow
+        TemplateInstance instance;
+        instance.piece = at.size == 1 ? kTips + below(2, 0) : below(at.size < 4 ? kBranching : kForks, 0);
+        instance.parent = at.parent;
+        instance.anchor = at.anchor;
+        if (copies)
+            instance.transform = {0.75 + 0.125 * below(3, 1), 0, 30.0 + 15 * below(2, 2), 90.0 * below(2, 3)};
+        else
+            instance.transform = {
+                at.key.uniform(Purpose::Sampling, 0.6, 1.1, 1), at.key.uniform(Purpose::Sampling, -15, 15, 2),
+                at.key.uniform(Purpose::Sampling, 25, 60, 3), at.key.uniform(Purpose::Sampling, -180, 180, 4)};
+        archetype.instances.push_back(instance);
+        const auto anchors = static_cast<std::uint32_t>(archetype.library.templates[instance.piece].anchors.size());
+        std::uint32_t left = at.size - 1;
+        for (std::uint32_t a = 0; a < anchors && left > 0; ++a)
+        {
+            std::uint32_t size = left;
+            RandomKey key = at.key.child(a);
+            if (a + 1 < anchors)
+            {
+                size = std::max(1u, static_cast<std::uint32_t>(left * (0.33 + 0.01 * below(34, 5 + a))));
+                if (copies)
+                {
+                    size = copiedSize(size);
+                    key = copied.child(size).child(below(4, 8 + a));
+                }
+            }
+            left -= size;
+            pending.push_back({index, a, size, key});
         }
     }
     return archetype;

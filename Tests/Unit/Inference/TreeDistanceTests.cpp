@@ -174,9 +174,8 @@ TEST(TreeDistance, PqGramsCountWhatIsCommon)
     EXPECT_DOUBLE_EQ(pqGramDistance(pqGramsOf(treeOf("a(bc)")), pqGramsOf(treeOf("a(bd)"))), 1 - 2 * 2.0 / 10);
 }
 
-TEST(TreeDistance, PqGramsOfLargeTreesAreCountedAlike)
+TEST(TreeDistance, PqGramsOfOtherLabelsAreCountedAlike)
 {
-    // Above 50,000 nodes the grams of few labels have a counter each; a label too many sorts them.
     LabelledTree a = randomTree(RandomKey(Seed{1}), 50001, 5);
     LabelledTree b = randomTree(RandomKey(Seed{2}), 50001, 5);
     const double counted = pqGramDistance(pqGramsOf(a), pqGramsOf(b));
@@ -185,6 +184,23 @@ TEST(TreeDistance, PqGramsOfLargeTreesAreCountedAlike)
         for (std::uint32_t& label : tree->labels)
             label += 40;
     EXPECT_EQ(pqGramDistance(pqGramsOf(a), pqGramsOf(b)), counted);
+}
+
+TEST(TreeDistance, ManyDifferentPqGramsComeInAscendingOrder)
+{
+    PqGramCounter counter;
+    for (int round = 1; round <= 2; ++round) // the second finds the counter as it was left
+    {
+        for (std::uint32_t i = 0; i < 6000; ++i)
+            counter.add(i % 7, i % 1000, PqGramCounter::kNone, i % 3);
+        const PqGrams grams = counter.take();
+        EXPECT_EQ(grams.total, 6000u);
+        EXPECT_EQ(grams.counts.size(), 6000u); // 7, 1000 and 3 have nothing in common
+        EXPECT_TRUE(std::ranges::is_sorted(grams.counts, {}, &PqGrams::Count::gram));
+    }
+    counter.add(1, 2, 3, 4);
+    counter.clear();
+    EXPECT_EQ(counter.take().total, 0u);
 }
 
 TEST(TreeDistance, TreesLaidOverEachOtherBoundIt)

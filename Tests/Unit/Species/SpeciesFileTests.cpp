@@ -324,8 +324,14 @@ TEST_F(SpeciesOnDisk, RefusesToSaveWhatCouldNotBeReadAndKeepsTheOldFile)
     noColour.appearance.palette.clear();
     for (const Species& broken : {missingTable, badName, badWindow, badWeight, twoTables, noColour})
         EXPECT_FALSE(saveSpecies(path, broken)) << printSpecies(broken);
+    const std::size_t bytes = printSpecies(handMade()).size();
+    Species other = handMade();
+    other.name += 's';
+    EXPECT_NE(toString(saveSpecies(path, other, {.fileBytes = bytes}).error()).find("limit fileBytes"),
+              std::string::npos);
     EXPECT_EQ(loadSpecies(path).value(), handMade());
     EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder_), {}), 1) << "a temporary file is left";
+    EXPECT_TRUE(saveSpecies(path, other, {.fileBytes = bytes + 1}));
     EXPECT_FALSE(saveSpecies(folder_ / "missing" / "a.species", handMade()));
 }
 
