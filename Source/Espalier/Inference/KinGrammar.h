@@ -27,9 +27,10 @@ struct KinRule
 std::vector<KinRule> writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
                                      Species& species);
 
-/// GrowthSample::topology of drawn tree number `tree`, from a grammar as writeKinGrammar left it and the rules it returned.
-/// As a Grower for the drawn tree finds it, but in a hundredth of the time and without copies of the grammar.
-[[nodiscard]] std::uint64_t drawnTopology(const Species& species, const std::vector<KinRule>& rules, std::uint32_t tree);
+/// GrowthSample::topology of drawn tree number `tree`, from a grammar as writeKinGrammar left it and the rules it
+/// returned. As a Grower for the drawn tree finds it, but in a hundredth of the time and without copies of the grammar.
+[[nodiscard]] std::uint64_t drawnTopology(const Species& species, const std::vector<KinRule>& rules,
+                                          std::uint32_t tree);
 
 /// The identity of a limb: `load` is the identity of all that it carries, and of its template.
 [[nodiscard]] std::uint64_t limbIdentity(std::uint64_t load, double scaling, double branchingAngle);

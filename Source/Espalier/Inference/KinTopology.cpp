@@ -7,7 +7,8 @@ namespace espalier {
 std::uint64_t drawnTopology(const Species& species, const std::vector<KinRule>& rules, std::uint32_t tree)
 {
     const Grammar& grammar = species.grammar;
-    std::vector<std::vector<std::uint32_t>> rulesOf(grammar.symbols.size()); // of each symbol, by the number of the limb
+    std::vector<std::vector<std::uint32_t>> rulesOf(
+        grammar.symbols.size()); // of each symbol, by the number of the limb
     for (std::uint32_t i = 0; i < rules.size(); ++i)
     {
         std::vector<std::uint32_t>& ofSymbol = rulesOf[grammar.productions[i].predecessor];
