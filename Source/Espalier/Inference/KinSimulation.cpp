@@ -5,6 +5,18 @@
 
 namespace espalier {
 
+namespace {
+
+constexpr std::uint32_t kNoProfile = 0xffffffffu;
+
+void note(std::uint64_t& topology, std::uint64_t value)
+{
+    topology = (topology ^ (value + 1)) * 0x9e3779b97f4a7c15u;
+    topology ^= topology >> 29;
+}
+
+} // namespace
+
 void SimulatedTree::clear()
 {
     shape.labels.clear();
@@ -25,6 +37,7 @@ KinSimulation::KinSimulation(const LimbTable& limbs, const KinClasses& classes, 
     for (const Limb& limb : limbs.limbs)
         places_.push_back({limb.piece, limb.firstChild, 0, 0});
     settled_.resize(limbs.limbs.size());
+    profileOf_.assign(limbs.limbs.size(), kNoProfile);
     for (const std::vector<std::uint32_t>& kin : classes.kin)
         if (settledSegments > 0 &&
             std::ranges::all_of(kin, [&](std::uint32_t limb) { return limbs.limbs[limb].segments <= settledSegments; }))
@@ -87,7 +100,8 @@ void KinSimulation::growRecorded(std::uint32_t root, std::uint32_t mostSegments,
 
 /// A node's, once its children are pending: the first of them on top. That they may yet be exchanged does not matter,
 /// for kin have one template.
-void KinSimulation::countGrams(std::uint32_t parent, std::uint32_t label, std::size_t firstPending)
+void KinSimulation::countGrams(PqGramCounter& grams, std::uint32_t parent, std::uint32_t label,
+                               std::size_t firstPending) const
 {
     std::uint32_t left = PqGramCounter::kNone;
     for (std::size_t i = pending_.size(); i-- > firstPending;)
@@ -95,10 +109,52 @@ void KinSimulation::countGrams(std::uint32_t parent, std::uint32_t label, std::s
         if (pending_[i].limb == kNoInstance)
             continue;
         const std::uint32_t child = places_[pending_[i].limb].piece;
-        grams_.add(parent, label, left, child);
+        grams.add(parent, label, left, child);
         left = child;
     }
-    grams_.add(parent, label, left, PqGramCounter::kNone);
+    grams.add(parent, label, left, PqGramCounter::kNone);
+}
+
+const KinSimulation::Profile& KinSimulation::profileOf(std::uint32_t limb)
+{
+    if (profileOf_[limb] != kNoProfile)
+        return profiles_[profileOf_[limb]];
+    profileOf_[limb] = static_cast<std::uint32_t>(profiles_.size());
+    Profile& profile = profiles_.emplace_back();
+    PqGramCounter grams;
+    // On top of what is pending in the tree itself.
+    const std::size_t bottom = pending_.size();
+    pending_.push_back({limb, PqGramCounter::kNone, 1, true});
+    while (pending_.size() > bottom)
+    {
+        const Pending next = pending_.back();
+        pending_.pop_back();
+        const bool isOpen = next.limb == kNoInstance;
+        note(profile.topology, isOpen ? 0 : places_[next.limb].piece + 1);
+        if (isOpen)
+            continue;
+        const Place& place = places_[next.limb];
+        const std::size_t firstPending = pending_.size();
+        for (std::uint32_t a = anchors_[place.piece]; a-- > 0;)
+            pending_.push_back({limbs_.children[place.firstChild + a].limb, place.piece, next.depth + 1, true});
+        if (next.depth > 1)
+            countGrams(grams, next.parent, place.piece, firstPending);
+    }
+    profile.grams = grams.take().counts;
+    return profile;
+}
+
+/// The grams of a settled limb and of all that it carries.
+void KinSimulation::addSettled(std::uint32_t limb, std::uint32_t parent)
+{
+    const Place& place = places_[limb];
+    const std::size_t firstPending = pending_.size();
+    for (std::uint32_t a = anchors_[place.piece]; a-- > 0;)
+        pending_.push_back({limbs_.children[place.firstChild + a].limb, place.piece, 0, true});
+    countGrams(grams_, parent, place.piece, firstPending);
+    pending_.resize(firstPending);
+    for (const PqGrams::Count& count : profileOf(limb).grams)
+        grams_.add(count);
 }
 
 template <TreeRecord record>
@@ -107,10 +163,6 @@ void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, Sim
     constexpr bool keepsShape = record == TreeRecord::Shape;
     tree.clear();
     std::uint64_t topology = 0;
-    const auto note = [&](std::uint64_t value) {
-        topology = (topology ^ (value + 1)) * 0x9e3779b97f4a7c15u;
-        topology ^= topology >> 29;
-    };
     pending_.assign(1, {root, keepsShape ? 0 : PqGramCounter::kNone, 1, false});
     while (!pending_.empty())
     {
@@ -118,7 +170,7 @@ void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, Sim
         pending_.pop_back();
         if (next.limb == kNoInstance)
         {
-            note(0);
+            note(topology, 0);
             continue;
         }
         std::uint32_t limb = next.limb;
@@ -132,14 +184,21 @@ void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, Sim
             tree.shape.labels.push_back(place.piece);
             tree.shape.parents.push_back(next.parent);
         }
-        note(place.piece + 1);
-        tree.depth = std::max(tree.depth, next.depth);
-        tree.segments += draws_[place.piece];
+        // Where no shape is written down, what is settled need not be walked.
+        const bool isLump = !keepsShape && settled;
+        note(topology, isLump ? profileOf(limb).topology : place.piece + 1);
+        tree.depth = std::max(tree.depth, isLump ? next.depth + limbs_.limbs[limb].height - 1 : next.depth);
+        tree.segments += isLump ? limbs_.limbs[limb].segments : draws_[place.piece];
         if (tree.segments > mostSegments)
         {
             tree.whole = false;
             grams_.clear();
             break;
+        }
+        if (isLump)
+        {
+            addSettled(limb, next.parent);
+            continue;
         }
         const bool exchangesAnchors = !settled && exchangesAnchors_ && place.members > 1;
         const std::size_t firstPending = pending_.size();
@@ -150,7 +209,7 @@ void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, Sim
             pending_.push_back({limbs_.children[firstChild + a].limb, node, next.depth + 1, settled});
         }
         if constexpr (!keepsShape)
-            countGrams(next.parent, place.piece, firstPending);
+            countGrams(grams_, next.parent, place.piece, firstPending);
     }
     tree.topology = topology;
     if (!keepsShape && tree.whole)

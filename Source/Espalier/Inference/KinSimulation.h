@@ -23,7 +23,7 @@ struct SimulatedTree
     PqGrams grams;              ///< Of the shape, if the tree is whole.
     std::uint32_t segments = 0; ///< Of all instances.
     std::uint32_t depth = 0;    ///< Nested instances.
-    std::uint64_t topology = 0; ///< Equal for equal templates at equal anchors.
+    std::uint64_t topology = 0; ///< Equal for equal templates at equal anchors, in trees of one simulation.
     bool whole = true;          ///< False if it was left because it grew too large.
 
     void clear();
@@ -65,10 +65,19 @@ private:
         bool settled; ///< Nothing is exchanged from here on.
     };
 
+    /// What a settled limb adds to a tree besides its segments and its height, found out when it is first met.
+    struct Profile
+    {
+        std::uint64_t topology = 0;
+        std::vector<PqGrams::Count> grams; ///< Of all that it carries; its own depend on where it hangs.
+    };
+
     template <TreeRecord record>
     void growFrom(std::uint32_t root, std::uint32_t mostSegments, SimulatedTree& tree);
     void growRecorded(std::uint32_t root, std::uint32_t mostSegments, SimulatedTree& tree);
-    void countGrams(std::uint32_t parent, std::uint32_t label, std::size_t firstPending);
+    void countGrams(PqGramCounter& grams, std::uint32_t parent, std::uint32_t label, std::size_t firstPending) const;
+    [[nodiscard]] const Profile& profileOf(std::uint32_t limb);
+    void addSettled(std::uint32_t limb, std::uint32_t parent);
     [[nodiscard]] bool exchanges();
     [[nodiscard]] std::uint32_t kinOf(const Place& place);
 
@@ -77,8 +86,10 @@ private:
     const std::vector<std::uint32_t>& anchors_;
     TreeRecord record_;
     bool exchangesAnchors_;
-    std::vector<Place> places_;          ///< Of each limb.
-    std::vector<bool> settled_;          ///< Likewise.
+    std::vector<Place> places_;            ///< Of each limb.
+    std::vector<bool> settled_;            ///< Likewise.
+    std::vector<std::uint32_t> profileOf_; ///< Likewise, into `profiles_`; kNoProfile: not found out yet.
+    std::vector<Profile> profiles_;
     std::vector<std::uint32_t> members_; ///< The limbs of all classes, each as often as it was drawn and may be taken.
     std::vector<Pending> pending_;
     PqGramCounter grams_;

@@ -26,7 +26,8 @@ double mostEqual(double instances)
     return instances < 25 ? 4e-4 : 1e-4;
 }
 
-constexpr double kTrialInstances = 3e4; ///< Of all trees of a trial.
+constexpr double kTrialInstances = 3e4; ///< Of all trees of a trial; of large ones
+constexpr double kFewTrials = 2e6;      ///< so many, as far as ten trees are fewer.
 constexpr double kFewInstances = 40;    ///< Up to which exact distances take no time.
 constexpr double kManyInstances = 2000; ///< From which on trees are compared by pq-grams alone.
 
@@ -90,15 +91,6 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
     }
     for (const Limb& limb : limbs.limbs)
         instances_ += limb.count / trees;
-
-    const KinClasses none{{}, 0, std::vector<std::uint32_t>(limbs.limbs.size()), {{}}, {0}, {}};
-    KinSimulation simulation(limbs, none, draws, anchors_, TreeRecord::PqGrams);
-    SimulatedTree tree;
-    for (std::size_t i = 0; i < std::min(limbs.roots.size(), std::size_t{kMostCopies}); ++i)
-    {
-        simulation.drawn(i, tree);
-        drawn_.push_back(tree.topology);
-    }
 }
 
 /// Trees of large ones are compared by their pq-grams alone.
@@ -110,8 +102,7 @@ TreeRecord KinNursery::record() const
 bool KinNursery::accepts(const GrowthWindow& window, const Sample& sample) const
 {
     return sample.whole && sample.segments >= window.minSegments && sample.segments <= window.maxSegments &&
-           sample.depth >= window.minDepth && sample.depth <= window.maxDepth &&
-           std::ranges::find(drawn_, sample.topology) == drawn_.end();
+           sample.depth >= window.minDepth && sample.depth <= window.maxDepth && !sample.copy;
 }
 
 /// The window whose accepted trees have the drawn trees' mean size and no less than their mean depth, as nearly as its
@@ -157,10 +148,13 @@ GrowthWindow KinNursery::windowFor(const std::vector<Sample>& samples) const
     return best;
 }
 
-KinNursery::Stand KinNursery::growStand(KinSimulation& simulation, double weight) const
+KinNursery::Stand KinNursery::growStand(KinSimulation& simulation, const std::vector<std::uint64_t>& drawn,
+                                        double weight) const
 {
+    // Trees of hundreds of thousands are much of a size: fewer tell.
+    const double fewest = std::clamp(kFewTrials / std::max(1.0, instances_), 4.0, 10.0);
     const auto trials =
-        static_cast<std::uint32_t>(std::clamp(kTrialInstances / std::max(1.0, instances_), 10.0, 3000.0));
+        static_cast<std::uint32_t>(std::clamp(kTrialInstances / std::max(1.0, instances_), fewest, 3000.0));
     Stand stand;
     const auto most = static_cast<std::uint32_t>(std::min(4e9, 1.5 * mostSegments_));
     std::vector<Shape> shapes(trials);
@@ -168,7 +162,8 @@ KinNursery::Stand KinNursery::growStand(KinSimulation& simulation, double weight
     for (std::uint32_t i = 0; i < trials; ++i)
     {
         simulation.grow(trialSeed(i), weight, most, tree);
-        stand.samples.push_back({tree.segments, tree.depth, tree.topology, tree.whole});
+        stand.samples.push_back({tree.segments, tree.depth, tree.topology, tree.whole,
+                                 std::ranges::find(drawn, tree.topology) != drawn.end()});
         if (tree.whole)
             shapes[i] = {tree.shape, std::move(tree.grams)};
     }
@@ -247,7 +242,14 @@ public:
         : nursery_(nursery), classes_(std::move(classes)),
           simulation_(nursery.limbs_, classes_, nursery.draws_, nursery.anchors_, nursery.record(),
                       nursery.record() == TreeRecord::Shape ? 0 : kSettledShare * nursery.segments_)
-    {}
+    {
+        SimulatedTree tree;
+        for (std::size_t i = 0; i < std::min(nursery.limbs_.roots.size(), std::size_t{kMostCopies}); ++i)
+        {
+            simulation_.drawn(i, tree);
+            drawn_.push_back(tree.topology);
+        }
+    }
     Bed(const Bed&) = delete;
     Bed& operator=(const Bed&) = delete;
 
@@ -258,7 +260,7 @@ public:
             return failure(ErrorKind::Cancelled, {}, "the inference was cancelled");
         const auto [known, isNew] = outcomes_.try_emplace(weight);
         if (isNew)
-            known->second = nursery_.outcomeOf(nursery_.growStand(simulation_, weight), weight);
+            known->second = nursery_.outcomeOf(nursery_.growStand(simulation_, drawn_, weight), weight);
         return known->second;
     }
 
@@ -266,20 +268,22 @@ public:
     {
         const auto [known, isNew] = scales_.try_emplace(weight, 1.0);
         if (isNew && nursery_.record() == TreeRecord::Shape)
-            known->second = nursery_.distanceScaleOf(nursery_.growStand(simulation_, weight));
+            known->second = nursery_.distanceScaleOf(nursery_.growStand(simulation_, drawn_, weight));
         return known->second;
     }
 
     [[nodiscard]] KinTrial trialOf(Outcome outcome) &&
     {
         classes_.weight = outcome.weight;
-        return {std::move(classes_), std::move(outcome.window), outcome.accepted, outcome.equal, outcome.difference, 0, {}};
+        return {
+            std::move(classes_), std::move(outcome.window), outcome.accepted, outcome.equal, outcome.difference, 0, {}};
     }
 
 private:
     const KinNursery& nursery_;
     KinClasses classes_;
     KinSimulation simulation_;
+    std::vector<std::uint64_t> drawn_; ///< Topologies of the drawn trees.
     std::map<double, Outcome> outcomes_;
     std::map<double, double> scales_;
 };

@@ -69,6 +69,7 @@ private:
         std::uint32_t depth;
         std::uint64_t topology;
         bool whole;
+        bool copy; ///< Of a drawn tree.
     };
     /// What distances are measured on: the one that suits the sizes (record).
     struct Shape
@@ -97,7 +98,8 @@ private:
     [[nodiscard]] TreeRecord record() const;
     [[nodiscard]] bool accepts(const GrowthWindow& window, const Sample& sample) const;
     [[nodiscard]] GrowthWindow windowFor(const std::vector<Sample>& samples) const;
-    [[nodiscard]] Stand growStand(KinSimulation& simulation, double weight) const;
+    [[nodiscard]] Stand growStand(KinSimulation& simulation, const std::vector<std::uint64_t>& drawn,
+                                  double weight) const;
     [[nodiscard]] Outcome outcomeOf(const Stand& stand, double weight) const;
     [[nodiscard]] Expected<Outcome> bisect(Bed& bed, double distanceScale) const;
     [[nodiscard]] double differenceOf(const std::vector<Shape>& shapes) const;
@@ -114,7 +116,6 @@ private:
     std::uint32_t mostSegments_ = 0;            ///< Of the largest.
     std::uint32_t leastDepth_ = 0xffffffffu;
     std::uint32_t mostDepth_ = 0;
-    std::vector<std::uint64_t> drawn_; ///< Topologies of the drawn trees.
 };
 
 } // namespace espalier

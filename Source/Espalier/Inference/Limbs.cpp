@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <set>
 #include <span>
 #include <tuple>
 #include <unordered_map>
@@ -191,11 +190,13 @@ double bitsOf(double choices)
 
 DescriptionLength DescriptionLength::of(const LimbTable& limbs, const KinClasses& classes)
 {
-    std::set<std::pair<double, double>> directions;
+    std::vector<LimbDirection> directions;
     for (const auto* uses : {&limbs.roots, &limbs.children})
         for (const LimbUse& use : *uses)
-            if (use.limb != kNoInstance)
-                directions.emplace(use.direction.rotation, use.direction.roll);
+            if (use.limb != kNoInstance && (directions.empty() || directions.back() != use.direction))
+                directions.push_back(use.direction);
+    std::ranges::sort(directions, [](const LimbDirection& a, const LimbDirection& b) { return a < b; });
+    directions.erase(std::unique(directions.begin(), directions.end()), directions.end());
     DescriptionLength lengths;
     lengths.classes = bitsOf(static_cast<double>(classes.kin.size()));
     lengths.direction = bitsOf(static_cast<double>(directions.size()));

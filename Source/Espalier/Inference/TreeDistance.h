@@ -47,15 +47,23 @@ public:
     /// `right` follows `left` among the children of `node`; both are kNone where it has none.
     void add(std::uint32_t parent, std::uint32_t node, std::uint32_t left, std::uint32_t right)
     {
-        const std::uint64_t gram = std::uint64_t{parent & 0xffff} << 48 | std::uint64_t{node & 0xffff} << 32 |
-                                   (left & 0xffff) << 16 | (right & 0xffff);
+        add({std::uint64_t{parent & 0xffff} << 48 | std::uint64_t{node & 0xffff} << 32 | (left & 0xffff) << 16 |
+                 (right & 0xffff),
+             1});
+    }
+    /// One that was counted elsewhere.
+    void add(PqGrams::Count counted)
+    {
+        const std::uint64_t gram = counted.gram;
         const std::size_t last = slots_.size() - 1;
         std::size_t place = (gram * 0x9e3779b97f4a7c15u) >> 32 & last;
         while (slots_[place].count > 0 && slots_[place].gram != gram)
             place = (place + 1) & last;
         slots_[place].gram = gram;
-        ++total_;
-        if (slots_[place].count++ == 0 && 2 * ++used_ > slots_.size())
+        total_ += counted.count;
+        const bool isNew = slots_[place].count == 0;
+        slots_[place].count += counted.count;
+        if (isNew && 2 * ++used_ > slots_.size())
             widen();
     }
     /// What was counted; it then begins anew.
