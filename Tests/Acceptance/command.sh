@@ -100,6 +100,16 @@ sed -i 's/^let w = .*/let w = /' edited.lsys
 expect "a broken grammar names its line" 3 "edited.lsys:" "$espalier" grammar Thesis.species --set edited.lsys
 same "a broken grammar changes nothing" Thesis.species before.species
 
+# An attempt is told and can be pinned.
+attempt=$("$espalier" grow Thesis.species --seed 3 -o attempt.glb --json | sed -n 's/.*"attempt": \([0-9]*\).*/\1/p')
+expect "the attempt is told" 0 "attempt $attempt" "$espalier" grow Thesis.species --seed 3 -o told.glb
+expect "the accepted attempt, pinned" 0 "attempt $attempt" "$espalier" grow Thesis.species --seed 3 --attempt "$attempt" -o pinned.glb
+same "the accepted attempt is what grows anyway" attempt.glb pinned.glb
+expect "another attempt" 0 '"attempt": 31' "$espalier" measure Thesis.species --seed 3 --attempt 31 --json
+expect "an attempt beyond all" 2 "attempt" "$espalier" grow Thesis.species --attempt 1024 -o pinned.glb
+expect "an archetype has no attempts" 2 "expected no --attempt" "$espalier" measure "$content/Thesis.archetype" --attempt 1
+expect "the drawn tree is one" 2 "expected no --attempt" "$espalier" grow Thesis.species --seed exemplar --attempt 1 -o pinned.glb
+
 # Edits survive inferring again, whatever the dial says; what cannot be carried over is told and kept.
 rule='VIII(2) : (i==2)*(1-w)+w/4 : ~ III(2)'
 thesis=$content/Thesis.archetype
