@@ -19,6 +19,7 @@ struct InferOptions
     std::string preset = "kin";
     std::optional<double> mergeWeight;
     std::optional<double> ruleWeight;
+    double jitter = kUsualJitter;
     std::string name;
     bool trace = false;
     bool fresh = false;
@@ -118,6 +119,8 @@ void infer(const InferOptions& options)
     for (const std::optional<double>& weight : {options.mergeWeight, options.ruleWeight})
         if (weight && !std::isfinite(*weight))
             failUsage("infer: expected a weight from 0 to 1");
+    if (!std::isfinite(options.jitter))
+        failUsage("infer: expected a jitter from 0 to 1");
     if (!options.output.empty() && std::filesystem::path(options.output).extension() != ".species")
         failUsage("infer: " + options.output + ": expected an output that ends in .species");
     std::vector<Archetype> archetypes;
@@ -132,6 +135,7 @@ void infer(const InferOptions& options)
     inference.preset = options.preset;
     inference.mergeWeight = options.mergeWeight;
     inference.ruleWeight = options.ruleWeight;
+    inference.jitter = options.jitter;
     inference.name = options.name.empty() ? std::filesystem::path(options.archetypes[0]).stem().string() : options.name;
     inference.progress = terminalProgress();
     if (options.trace)
@@ -171,6 +175,11 @@ void addInfer(CLI::App& app)
             "--rule-weight", options->ruleWeight,
             "0..1. kin: how coarse the classes of kin are; default: chosen for the tree. helberg: w_l, default 0.5")
         ->check(CLI::Range(0.0, 1.0));
+    verb->add_option(
+            "--jitter", options->jitter,
+            "0..1. kin: how far parameters are moved, as a share of what each was drawn to vary; 0: not at all")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
     verb->add_flag("--fresh", options->fresh,
                    "Overwrite S.species whatever it holds; else its edits and locks are carried over");

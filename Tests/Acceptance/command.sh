@@ -287,6 +287,10 @@ expect "unknown ending" 2 ".species" "$espalier" measure tree.txt
 expect "empty range" 2 "range is empty" "$espalier" measure Thesis.species --seed 9..3
 expect "no number" 2 "--seed" "$espalier" measure Thesis.species --seed one
 expect "weight out of range" 2 "merge-weight" "$espalier" infer "$content/Thesis.archetype" --merge-weight 1.5 -o x.species
+expect "no jitter" 0 "w = " "$espalier" infer "$content/Thesis.archetype" --jitter 0 --trace
+expect "jitter out of range" 2 "jitter" "$espalier" infer "$content/Thesis.archetype" --jitter -0.1 -o x.species
+expect "jitter of a preset that has none" 3 "moves no parameters" "$espalier" infer "$content/Thesis.archetype" --preset helberg \
+    --jitter 0.5 -o x.species
 expect "unknown preset" 2 "preset" "$espalier" infer "$content/Thesis.archetype" --preset best -o x.species
 
 # Bad input is 3, with its place, and what was there stays.

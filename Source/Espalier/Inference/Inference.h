@@ -27,6 +27,11 @@ struct InferenceOptions
     /// of rule length against rule uses; default 0.5.
     std::optional<double> ruleWeight{};
 
+    /// [0, 1]. kin: how far parameters are moved so that trees with the same branches still differ, as a share of what
+    /// each was observed to vary (angles on the circle, scalings by at most 0.4 of themselves), times the merge weight.
+    /// 0: every parameter is one that was drawn, and relatives differ by their branches alone.
+    double jitter = kUsualJitter;
+
     std::string name = "species"; ///< Of the species.
     Progress progress{};
 
@@ -36,7 +41,7 @@ struct InferenceOptions
 
 /// Infers the rules behind one or more archetypes of a kind. The archetypes may use different libraries; templates of
 /// equal word are one. Deterministic: equal input gives an equal species. Fails with BadInput for an invalid archetype,
-/// an unknown preset or a weight outside [0, 1].
+/// an unknown preset or a weight or jitter outside [0, 1].
 [[nodiscard]] Expected<Species> inferSpecies(std::span<const Archetype> archetypes,
                                              const InferenceOptions& options = {});
 

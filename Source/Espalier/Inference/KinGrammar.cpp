@@ -24,24 +24,24 @@ struct LimbTransforms
 };
 
 /// How far each parameter is moved so that two trees with the same branches still differ: a share of what it was seen
-/// to vary. At weight 0 nothing moves; at 1 the share is a tenth, which leaves the distribution of each parameter
-/// recognisably the drawn one.
+/// to vary. At weight 0 nothing moves; at 1 the share is `jitter`. A deviation of scalings counts as at most their
+/// mean, and what comes of it stays so small that no scaling can become negative.
 std::array<double, 4> smoothing(std::span<const double> scalings, std::span<const double> rotations,
-                                std::span<const double> branchings, std::span<const double> rolls, double weight)
+                                std::span<const double> branchings, std::span<const double> rolls, double weight,
+                                double jitter)
 {
-    constexpr double kShare = 0.1;
-    constexpr double kMostScaling = 0.1;
+    constexpr double kMostScaling = 0.4;
     std::array<double, 4> spread{deviationOf(scalings) / meanOf(scalings), circularDeviationOf(rotations),
                                  deviationOf(branchings), circularDeviationOf(rolls)};
     for (double& value : spread)
-        value *= kShare * weight;
-    spread[0] = std::min(kMostScaling, spread[0]);
+        value *= jitter * weight;
+    spread[0] = std::min({kMostScaling, jitter, spread[0]});
     for (double& value : spread)
         value = std::round(value * 1e4) / 1e4;
     return spread;
 }
 
-LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& library, double weight)
+LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& library, double weight, double jitter)
 {
     const std::size_t pieces = library.templates.size();
     struct Observed
@@ -88,7 +88,7 @@ LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& libra
         if (result.tableOf[piece] != kNoPiece)
             result.tables[result.tableOf[piece]].spread =
                 smoothing(observed[piece].scalings, observed[piece].rotations, observed[piece].branchings,
-                          observed[piece].rolls, weight);
+                          observed[piece].rolls, weight, jitter);
     return result;
 }
 
@@ -96,9 +96,9 @@ LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& libra
 class KinGrammarWriter
 {
 public:
-    KinGrammarWriter(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes)
+    KinGrammarWriter(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes, double jitter)
         : library_(library), limbs_(limbs), classes_(classes),
-          transforms_(transformsOf(limbs, library, classes.weight)), grammar_(grammarFor(library)),
+          transforms_(transformsOf(limbs, library, classes.weight, jitter)), grammar_(grammarFor(library)),
           indexInClass_(limbs.limbs.size())
     {
         for (const std::vector<std::uint32_t>& kin : classes.kin)
@@ -309,9 +309,9 @@ private:
 } // namespace
 
 std::vector<KinRule> writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
-                                     Species& species)
+                                     Species& species, double jitter)
 {
-    return KinGrammarWriter(library, limbs, classes).write(species);
+    return KinGrammarWriter(library, limbs, classes, jitter).write(species);
 }
 
 } // namespace espalier

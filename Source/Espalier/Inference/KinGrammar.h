@@ -18,12 +18,13 @@ struct KinRule
     std::uint32_t part = kWhole; ///< kWhole, kStart or the number of an anchor.
 };
 
-/// Fills the grammar and the tables of `species` from a choice of classes and weight: one production for each distinct
+/// Fills the grammar and the tables of `species` from a choice of classes and weight, parameters moved by `jitter`
+/// (InferenceOptions): one production for each distinct
 /// limb, weighted so that where limb k was drawn, limb k grows with chance 1 - w and any of its class, by occurrence,
 /// with chance w. Classes are called after their templates (kinNames); the productions of a class stand together, in
 /// the order of its limbs, whose indices they bear. Returns what each production stands for.
 std::vector<KinRule> writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
-                                     Species& species);
+                                     Species& species, double jitter = kUsualJitter);
 
 /// The origins of a grammar's rules in the drawn trees, for Species::rules. `exemplars` and `anchors` are what `limbs`
 /// was made of.

@@ -62,6 +62,11 @@ Expected<void> checkOptions(std::span<const Archetype> archetypes, const Inferen
         if (weight && !(*weight >= 0 && *weight <= 1))
             return failure(ErrorKind::BadInput, {}, std::string("the ") + name + " is out of range",
                            "a number from 0 to 1");
+    if (!(options.jitter >= 0 && options.jitter <= 1))
+        return failure(ErrorKind::BadInput, {}, "the jitter is out of range", "a share from 0 to 1");
+    if (options.jitter != kUsualJitter && options.preset != "kin")
+        return failure(ErrorKind::BadInput, {}, "the preset " + options.preset + " moves no parameters",
+                       "a jitter with the preset kin only");
     return {};
 }
 

@@ -179,8 +179,9 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance)
 
 Expected<void> readProvenance(const Value& value, Provenance& provenance)
 {
-    if (auto done = value.requireObject("provenance", {"method", "archetypes", "grammar", "mergeWeight", "ruleWeight",
-                                                       "exemplarSegments", "exemplarInstances", "exemplars", "note"});
+    if (auto done =
+            value.requireObject("provenance", {"method", "archetypes", "grammar", "mergeWeight", "ruleWeight", "jitter",
+                                               "exemplarSegments", "exemplarInstances", "exemplars", "note"});
         !done)
         return done;
     return Fields(value)
@@ -189,6 +190,7 @@ Expected<void> readProvenance(const Value& value, Provenance& provenance)
         .string("grammar", provenance.grammar)
         .number("mergeWeight", provenance.mergeWeight, 0, 1)
         .number("ruleWeight", provenance.ruleWeight, 0, 1)
+        .number("jitter", provenance.jitter, 0, 1)
         .count("exemplarSegments", provenance.exemplarSegments, 0, 0xffffffffu)
         .count("exemplarInstances", provenance.exemplarInstances, 0, 0xffffffffu)
         .count("exemplars", provenance.exemplars, 0, 0xffffffffu)
@@ -556,6 +558,7 @@ std::string printSpecies(const Species& species)
     out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
            (p.grammar.empty() ? std::string() : ", \"grammar\": " + quoteJson(p.grammar)) +
            ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
+           (p.jitter == kUsualJitter ? std::string() : ", \"jitter\": " + formatNumber(p.jitter)) +
            ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) +
            ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) +
            ", \"exemplars\": " + std::to_string(p.exemplars) + ", \"note\": " + quoteJson(p.note) + "}";

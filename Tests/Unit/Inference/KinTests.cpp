@@ -76,6 +76,46 @@ TEST(Kin, GivesTheArchetypeBackAtWeightZero)
                    "archetype " + std::to_string(seed), seed / 11.0);
 }
 
+TEST(Kin, MovesParametersByTheJitter)
+{
+    const auto jittered = [](double jitter) {
+        return inferred(samples::bush(), {.mergeWeight = 0.5, .ruleWeight = 0.5, .jitter = jitter});
+    };
+    const Species usual = inferred(samples::bush(), {.mergeWeight = 0.5, .ruleWeight = 0.5});
+    EXPECT_EQ(printSpecies(jittered(kUsualJitter)), printSpecies(usual));
+    EXPECT_EQ(printSpecies(usual).find("jitter"), std::string::npos);
+    const Species exact = jittered(0);
+    const Species wide = jittered(0.3);
+    ASSERT_EQ(usual.tables.size(), wide.tables.size());
+    bool anyMoves = false;
+    for (std::size_t t = 0; t < usual.tables.size(); ++t)
+        for (std::size_t i = 0; i < 4; ++i)
+        {
+            EXPECT_EQ(exact.tables[t].spread[i], 0);
+            EXPECT_NEAR(wide.tables[t].spread[i], 3 * usual.tables[t].spread[i], 2e-4) << "rounded to four decimals";
+            anyMoves = anyMoves || usual.tables[t].spread[i] > 0;
+        }
+    EXPECT_TRUE(anyMoves);
+    EXPECT_EQ(parseSpecies(printSpecies(wide), "test").value(), wide);
+    EXPECT_EQ(wide.provenance.jitter, 0.3);
+
+    // Without it every length is one that was drawn.
+    std::set<float> lengths;
+    for (const Skeleton& tree : drawn(samples::bush(), {}))
+        lengths.insert(tree.lengths.begin(), tree.lengths.end());
+    for (std::uint64_t seed = 0; seed < 20; ++seed)
+    {
+        const Skeleton grown = grow(exact, Seed{seed}).value();
+        for (const float length : grown.lengths)
+            EXPECT_TRUE(lengths.contains(length)) << length;
+    }
+
+    const Archetype bush = samples::bush();
+    for (const double jitter : {-0.1, 1.1, std::nan("")})
+        EXPECT_EQ(inferSpecies({&bush, 1}, {.jitter = jitter}).error().kind, ErrorKind::BadInput) << jitter;
+    EXPECT_FALSE(inferSpecies({&bush, 1}, {.preset = "helberg", .jitter = 0.2}));
+}
+
 TEST(Kin, GrowsEachOfSeveralDrawnTrees)
 {
     Archetype archetype = samples::thesis();
