@@ -291,6 +291,15 @@ expect "no jitter" 0 "w = " "$espalier" infer "$content/Thesis.archetype" --jitt
 expect "jitter out of range" 2 "jitter" "$espalier" infer "$content/Thesis.archetype" --jitter -0.1 -o x.species
 expect "jitter of a preset that has none" 3 "moves no parameters" "$espalier" infer "$content/Thesis.archetype" --preset helberg \
     --jitter 0.5 -o x.species
+"$espalier" infer "$content/Thesis.archetype" --spatial phyllotaxis,random -o spatial.species > /dev/null
+expect "a planar tree with depth" 0 '"spatial": "phyllotaxis,random"' cat spatial.species
+expect "compared with what it was learned from" 0 '"azimuth"' "$espalier" compare "$content/Thesis.archetype" spatial.species --seeds 1..20 --json
+expect "azimuths that are none" 2 "phyllotaxis, random or drawn" "$espalier" infer "$content/Thesis.archetype" --spatial spiral -o x.species
+expect "weights of archetypes" 0 " : 3" "$espalier" infer "$content/Thesis.archetype" "$repository/Tests/Golden/Data/Thesis.archetype" \
+    --weights 3 1 --trace
+expect "a weight for each archetype" 2 "a number for each of the 1 archetype" "$espalier" infer "$content/Thesis.archetype" \
+    --weights 3,1 -o x.species
+expect "weight of an archetype out of range" 2 "weights" "$espalier" infer "$content/Thesis.archetype" --weights 0 -o x.species
 expect "unknown preset" 2 "preset" "$espalier" infer "$content/Thesis.archetype" --preset best -o x.species
 
 # Bad input is 3, with its place, and what was there stays.

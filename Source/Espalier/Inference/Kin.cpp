@@ -75,7 +75,8 @@ std::string printKin(const InferenceContext& context)
 
 Expected<void> shareIdenticalLimbs(InferenceContext& context)
 {
-    context.limbs = shareLimbs(context.exemplars, context.anchors, segmentsDrawn(context.exemplars.library));
+    context.limbs = shareLimbs(context.exemplars, context.anchors, segmentsDrawn(context.exemplars.library),
+                               context.species.provenance.weights);
     const LimbTable& limbs = context.limbs;
 
     DraftGrammar draft;

@@ -63,8 +63,8 @@ LimbTransforms transformsOf(const LimbTable& limbs, const TemplateLibrary& libra
         result.rotates[piece] = result.rotates[piece] || use.direction.rotation != 0;
         result.rolls[piece] = result.rolls[piece] || use.direction.roll != 0;
     };
-    for (const LimbUse& root : limbs.roots)
-        direct(root, 1);
+    for (std::size_t tree = 0; tree < limbs.roots.size(); ++tree)
+        direct(limbs.roots[tree], limbs.rootWeights[tree]);
     for (const Limb& limb : limbs.limbs)
     {
         Observed& seen = observed[limb.piece];
@@ -193,12 +193,13 @@ private:
         grammar_.longSymbols.push_back(start_);
         const SymbolId start = grammar_.symbols.intern(start_);
         grammar_.append(grammar_.axiom, start);
-        for (const LimbUse& root : limbs_.roots)
+        for (std::size_t tree = 0; tree < limbs_.roots.size(); ++tree)
         {
+            const LimbUse& root = limbs_.roots[tree];
             Production production;
             production.predecessor = start;
             production.successor.push_back(moduleOf(root));
-            production.weight = grammar_.expressions.number(1);
+            production.weight = grammar_.expressions.number(limbs_.rootWeights[tree]);
             add(std::move(production), {root.limb, KinRule::kStart});
         }
     }

@@ -138,7 +138,7 @@ std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbT
         place.value(places.hashes[instance]);
         place.bytes(library.templates[limb.piece].name);
         place.value(part);
-        RuleOrigin origin{identity.result(), place.result(), isStart ? 1 : limb.count, {}};
+        RuleOrigin origin{identity.result(), place.result(), isStart ? 1 : limb.drawn, {}};
         origin.nodes = isStart ? std::vector{places.nodes[instance]} : nodes[rule.limb];
         origins.push_back(std::move(origin));
     }

@@ -19,6 +19,21 @@ KinSimulation::KinSimulation(const LimbTable& limbs, const KinClasses& classes, 
                              const std::vector<std::uint32_t>& anchors)
     : limbs_(limbs), classes_(classes), draws_(draws), anchors_(anchors)
 {
+    // Of a tree that counts w times turn k stands at (k + 1/2) / w, so that also a few turns are mixed as all are.
+    struct Turn
+    {
+        std::uint64_t position; // doubled
+        std::uint64_t weight;
+        std::uint32_t tree;
+    };
+    std::vector<Turn> turns;
+    for (std::uint32_t tree = 0; tree < limbs.roots.size(); ++tree)
+        for (std::uint64_t k = 0; k < limbs.rootWeights[tree]; ++k)
+            turns.push_back({2 * k + 1, limbs.rootWeights[tree], tree});
+    std::ranges::stable_sort(
+        turns, [](const Turn& a, const Turn& b) { return a.position * b.weight < b.position * a.weight; });
+    for (const Turn& turn : turns)
+        turns_.push_back(turn.tree);
     firstMember_.reserve(classes.kin.size() + 1);
     firstMember_.push_back(0);
     for (const std::vector<std::uint32_t>& kin : classes.kin)
@@ -34,7 +49,7 @@ void KinSimulation::grow(Seed seed, double weight, std::uint32_t mostSegments, S
     key_ = RandomKey(seed);
     counter_ = 0;
     threshold_ = static_cast<std::uint64_t>(weight * 0x1p53);
-    growFrom(limbs_.roots[seed.value % limbs_.roots.size()].limb, mostSegments, tree);
+    growFrom(limbs_.roots[turns_[seed.value % turns_.size()]].limb, mostSegments, tree);
 }
 
 void KinSimulation::drawn(std::size_t index, SimulatedTree& tree)

@@ -30,7 +30,8 @@ public:
     KinSimulation(const LimbTable& limbs, const KinClasses& classes, const std::vector<std::uint32_t>& draws,
                   const std::vector<std::uint32_t>& anchors);
 
-    /// The tree of `seed` where kin are exchanged with chance `weight`; the drawn trees take turns as its beginning.
+    /// The tree of `seed` where kin are exchanged with chance `weight`; the drawn trees take turns as its beginning,
+    /// each as often as it counts.
     /// Leaves off beyond `mostSegments` segments.
     void grow(Seed seed, double weight, std::uint32_t mostSegments, SimulatedTree& tree);
 
@@ -54,6 +55,7 @@ private:
     const KinClasses& classes_;
     const std::vector<std::uint32_t>& draws_;
     const std::vector<std::uint32_t>& anchors_;
+    std::vector<std::uint32_t> turns_;       ///< The drawn trees in the order in which they begin.
     std::vector<std::uint32_t> members_;     ///< The limbs of all classes, each as often as it was drawn.
     std::vector<std::uint32_t> firstMember_; ///< Of each class, into `members_`; one more than there are classes.
     std::vector<Pending> pending_;

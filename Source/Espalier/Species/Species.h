@@ -40,6 +40,8 @@ struct Provenance
     double mergeWeight = 0;
     double ruleWeight = 0;
     double jitter = kUsualJitter;       ///< Share of the observed spread by which parameters are moved. [0, 1]
+    std::vector<std::uint32_t> weights; ///< How often each drawn tree counts; empty: all alike.
+    std::string spatial;                ///< How azimuths were given to what was drawn (printAzimuths); empty: not.
     std::uint32_t exemplarSegments = 0; ///< Mean over the drawn trees.
     std::uint32_t exemplarInstances = 0;
     /// Drawn trees that the rules give back exactly: where the grammar's constant `w` is 0 and the tables are not
