@@ -23,10 +23,10 @@ namespace espalier {
 namespace {
 
 constexpr double kDivergence = 137.5; ///< Degrees; 360 / golden ratio^2.
-/// Degrees, of a limb's first branch from the plane of the limb and its mother axis. Across it (90) would be as the
-/// first leaves of shoots stand, but trees of two or three orders then become narrow: the thesis' tree 3 m by 8 m wide,
-/// with 45 degrees 6 m by 8 m.
-constexpr double kFirst = 45;
+/// Degrees, of a limb's first branch from the plane of the limb and its mother axis: across it, as the first leaves of
+/// shoots stand. Were all limbs to begin so, a tree of two or three orders became narrow, the thesis' tree 3 m by 6 m;
+/// as each next limb begins a divergence further it is 6 m by 4 m.
+constexpr double kFirst = 90;
 constexpr double kUsualAngle = 25; ///< Degrees; of a roll without a number, as the turtle has it.
 constexpr double kNothing = 1e-6;  ///< Sine of what counts as no angle.
 constexpr Seed kPlaces{0x617a696d757468u};
@@ -294,17 +294,20 @@ private:
             rises_[index] = courseOf(index, axis.bearing, transform).y;
             return;
         }
-        rollInto(axis, index, place);
-        if (axis.isMoved)
-            transform.rotation = tidied(rotationThatRises(index, axis.bearing, transform));
+        const bool bearsBranches = rollInto(axis, index, place);
+        if (!axis.isMoved)
+            return;
+        if (!bearsBranches)
+            standUpright(index, axis.bearing);
+        transform.rotation = tidied(rotationThatRises(index, axis.bearing, transform));
     }
 
     /// Rolls an instance so that its branches stand where they should.
-    void rollInto(Axis& axis, std::uint32_t index, RandomKey place)
+    bool rollInto(Axis& axis, std::uint32_t index, RandomKey place)
     {
         const Whorl whorl = whorlOf(index, axis.bearing);
         if (whorl.sides == 0)
-            return;
+            return false;
         const Azimuths wanted =
             azimuths_.empty() ? Azimuths::AsDrawn : azimuths_[std::min<std::size_t>(axis.order, azimuths_.size() - 1)];
         double azimuth = whorl.azimuth;
@@ -323,6 +326,22 @@ private:
         }
         axis.azimuth = azimuth;
         ++axis.pieces;
+        return true;
+    }
+
+    /// Rolls an instance without branches, whose roll nothing else asks for, no more than needed for the plane in which
+    /// it turns and bends to be upright.
+    void standUpright(std::uint32_t index, const Bearing& start)
+    {
+        InstanceTransform& transform = archetype_.instances[index].transform;
+        const DVec3 climb = across(DVec3(0, 1, 0), start.heading);
+        if (glm::length(climb) <= kNothing)
+            return;
+        Bearing rolled = start;
+        rolled.turn(TurtleCommand::RollRight, transform.roll);
+        const double roll = azimuthBetween(rolled.left, climb, start.heading);
+        // Its left may lead up or down.
+        transform.roll = tidied(transform.roll + std::remainder(roll, 180.0));
     }
 
     /// Walks the instance's own word from where its axis stands.
