@@ -112,6 +112,14 @@ void addIterations(CLI::App& verb, std::optional<std::uint32_t>& iterations)
         ->check(CLI::Range(0u, 1'000'000u));
 }
 
+void addAttempt(CLI::App& verb, std::optional<std::uint32_t>& attempt)
+{
+    verb.add_option("--attempt", attempt,
+                    "Of a species: take this attempt of the seed, whether it fits the window or not, so that an edit "
+                    "changes no more than what it says; default: the first that fits, which `grow` tells")
+        ->check(CLI::Range(0u, 1023u));
+}
+
 std::filesystem::path numberedPath(const std::filesystem::path& path, std::uint64_t seed, bool isRange)
 {
     if (!isRange)

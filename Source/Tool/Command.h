@@ -102,6 +102,9 @@ struct TemplateFolders
 /// `-n N`, the number of derivation steps.
 void addIterations(CLI::App& verb, std::optional<std::uint32_t>& iterations);
 
+/// `--attempt N`, the attempt to take instead of the first that fits.
+void addAttempt(CLI::App& verb, std::optional<std::uint32_t>& attempt);
+
 /// `oak.glb` for a single seed, `oak-7.glb` for seed 7 of a range.
 [[nodiscard]] std::filesystem::path numberedPath(const std::filesystem::path& path, std::uint64_t seed, bool isRange);
 

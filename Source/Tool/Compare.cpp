@@ -1,5 +1,6 @@
 #include "Command.h"
 
+#include <Espalier/Archetype/Spatial.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Inference/Comparison.h>
 #include <Espalier/Render/Chart.h>
@@ -176,6 +177,13 @@ void compareTrees(const CompareOptions& options)
         failUsage("compare: expected A.archetype ... and the S.species that was inferred from them");
     if (!options.charts.empty() && std::filesystem::path(options.charts).extension() != ".png")
         failUsage("compare: " + options.charts + ": expected charts in a file that ends in .png");
+    // What the species was inferred from had depth, if it says so.
+    if (!species->provenance.spatial.empty())
+    {
+        const std::vector<Azimuths> azimuths = orFailIn(speciesPath, parseAzimuths(species->provenance.spatial));
+        for (Archetype& archetype : archetypes)
+            archetype = giveDepth(archetype, azimuths);
+    }
     const SeedRange range = parseSeeds(options.seeds);
     if (range.exemplar || range.count() < 2)
         failUsage("--seeds " + options.seeds + ": expected at least 2 seeds, such as 1..2000");

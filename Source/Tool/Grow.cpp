@@ -17,6 +17,7 @@ struct GrowCommand
     std::string seeds = "1";
     std::string output;
     std::optional<std::uint32_t> iterations;
+    std::optional<std::uint32_t> attempt;
     bool skeleton = false;
     bool json = false;
 };
@@ -38,16 +39,19 @@ class PlantWriter
 public:
     PlantWriter(const GrowCommand& command, const SeedRange& range)
         : command_(command), range_(range), writesSkeletons_(wantsSkeletons(command)),
-          grower_(command.species, command.iterations, range.exemplar),
+          grower_(command.species, command.iterations, range.exemplar, command.attempt),
           info_{grower_.species().name, writesSkeletons_ ? 0 : hashOf(grower_.species()), {}}
     {}
 
-    /// What it comes to: segments, and what a mesh has.
+    /// What it comes to: segments, what a mesh has, and the attempt.
     nlohmann::ordered_json write(Seed seed, const std::filesystem::path& path)
     {
         grower_.grow(seed, skeleton_);
         const std::string label = range_.exemplar ? "exemplar" : "seed " + std::to_string(seed.value);
-        return writesSkeletons_ ? writeSkeleton(label, path) : writeMesh(seed, label, path);
+        nlohmann::ordered_json facts = writesSkeletons_ ? writeSkeleton(label, path) : writeMesh(seed, label, path);
+        if (grower_.attempt())
+            facts["attempt"] = *grower_.attempt();
+        return facts;
     }
 
 private:
@@ -105,7 +109,13 @@ void growPlants(const GrowCommand& command)
         {
             std::cout << path.string();
             for (const char* separator = ": "; const auto& [what, count] : sizes.items())
-                std::cout << std::exchange(separator, ", ") << count << ' ' << what;
+            {
+                std::cout << std::exchange(separator, ", ");
+                if (what == "attempt")
+                    std::cout << "attempt " << count;
+                else
+                    std::cout << count << ' ' << what;
+            }
             std::cout << '\n';
             continue;
         }
@@ -138,7 +148,8 @@ void addGrow(CLI::App& app)
         "--skeleton", command->skeleton,
         "Write the skeleton, as SWC: a point a line, as `espalier fit` and tools for neurons and roots read");
     addIterations(*verb, command->iterations);
-    verb->add_flag("--json", command->json, "One JSON document with the files and their sizes");
+    addAttempt(*verb, command->attempt);
+    verb->add_flag("--json", command->json, "One JSON document with the files, their sizes and the attempt");
     verb->callback([command] { growPlants(*command); });
 }
 

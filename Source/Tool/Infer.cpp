@@ -20,6 +20,9 @@ struct InferOptions
     std::string preset = "kin";
     std::optional<double> mergeWeight;
     std::optional<double> ruleWeight;
+    double jitter = kUsualJitter;
+    std::vector<std::uint32_t> weights;
+    std::string spatial;
     std::string name;
     bool trace = false;
     bool explain = false;
@@ -122,8 +125,21 @@ void infer(const InferOptions& options)
     for (const std::optional<double>& weight : {options.mergeWeight, options.ruleWeight})
         if (weight && !std::isfinite(*weight))
             failUsage("infer: expected a weight from 0 to 1");
+    if (!std::isfinite(options.jitter))
+        failUsage("infer: expected a jitter from 0 to 1");
     if (!options.output.empty() && std::filesystem::path(options.output).extension() != ".species")
         failUsage("infer: " + options.output + ": expected an output that ends in .species");
+    if (!options.weights.empty() && options.weights.size() != options.archetypes.size())
+        failUsage("infer: expected --weights with a number for each of the " +
+                  count(options.archetypes.size(), "archetype"));
+    std::vector<Azimuths> spatial;
+    if (!options.spatial.empty())
+    {
+        auto azimuths = parseAzimuths(options.spatial);
+        if (!azimuths)
+            failUsage("infer --spatial: " + azimuths.error().what + "; expected " + azimuths.error().expected);
+        spatial = std::move(*azimuths);
+    }
     std::vector<Archetype> archetypes;
     for (const std::string& path : options.archetypes)
     {
@@ -136,6 +152,9 @@ void infer(const InferOptions& options)
     inference.preset = options.preset;
     inference.mergeWeight = options.mergeWeight;
     inference.ruleWeight = options.ruleWeight;
+    inference.jitter = options.jitter;
+    inference.weights = options.weights;
+    inference.spatial = spatial;
     inference.name = options.name.empty() ? std::filesystem::path(options.archetypes[0]).stem().string() : options.name;
     inference.progress = terminalProgress();
     if (options.trace)
@@ -183,7 +202,21 @@ void addInfer(CLI::App& app)
             "--rule-weight", options->ruleWeight,
             "0..1. kin: how coarse the classes of kin are; default: chosen for the tree. helberg: w_l, default 0.5")
         ->check(CLI::Range(0.0, 1.0));
+    verb->add_option(
+            "--jitter", options->jitter,
+            "0..1. kin: how far parameters are moved, as a share of what each was drawn to vary; 0: not at all")
+        ->check(CLI::Range(0.0, 1.0))
+        ->capture_default_str();
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
+    verb->add_option("--weights", options->weights,
+                     "kin: how often each archetype counts, 1..1000: --weights 3 1 or 3,1; default: all alike")
+        ->delimiter(',')
+        ->check(CLI::Range(1u, 1000u));
+    verb->add_option(
+        "--spatial", options->spatial,
+        "Give planar archetypes depth: branches stand round their axis by phyllotaxis (137.5 degrees from "
+        "one to the next) or at random; several with commas, for branches of the trunk, of its limbs, ..., "
+        "where `drawn` leaves them");
     verb->add_flag("--fresh", options->fresh,
                    "Overwrite S.species whatever it holds; else its edits and locks are carried over");
     verb->add_flag("--explain", options->explain,

@@ -7,9 +7,15 @@
 namespace espalier::tool {
 
 SeededGrower::SeededGrower(std::string path, std::optional<std::uint32_t> iterations,
-                           std::optional<std::uint32_t> exemplar)
+                           std::optional<std::uint32_t> exemplar, std::optional<std::uint32_t> attempt)
     : path_(std::move(path))
 {
+    isExemplar_ = exemplar.has_value();
+    options_.attempt = attempt;
+    if (exemplar && attempt)
+        failUsage("--seed exemplar: expected no --attempt, for the drawn tree is one");
+    if (attempt && kindOf(path_) != InputKind::Species)
+        failUsage(path_ + ": expected no --attempt; only species choose among several");
     if (kindOf(path_) == InputKind::Grammar)
     {
         if (exemplar)
@@ -30,7 +36,11 @@ SeededGrower::SeededGrower(std::string path, std::optional<std::uint32_t> iterat
 
 void SeededGrower::grow(Seed seed, Skeleton& skeleton)
 {
-    orFailIn(path_, grower_->grow(seed, {}, scratch_, skeleton));
+    GrowOptions options = options_;
+    // A drawn tree and a species without a window have one attempt, which is not worth telling.
+    if (species_.window && !isExemplar_)
+        options.attempt = attempt_ = orFailIn(path_, grower_->acceptedAttempt(seed, options, scratch_));
+    orFailIn(path_, grower_->grow(seed, options, scratch_, skeleton));
 }
 
 void PlantInput::addTo(CLI::App& verb)
@@ -39,6 +49,7 @@ void PlantInput::addTo(CLI::App& verb)
     verb.add_option("--seed", seeds, "Of a species or grammar: a seed N, a range A..B, or exemplar: the drawn tree")
         ->capture_default_str();
     addIterations(verb, iterations);
+    addAttempt(verb, attempt);
     templates.addTo(verb);
 }
 
@@ -64,6 +75,8 @@ void PlantInput::eachPlant(const std::function<void(Plant&)>& use) const
     {
         if (iterations)
             failUsage(path + ": an archetype is drawn, not derived; expected no -n");
+        if (attempt)
+            failUsage(path + ": expected no --attempt; only species choose among several");
         const Archetype archetype = templates.load(path);
         const ArchetypeDrawer drawer(archetype);
         const std::size_t trees = drawer.trees();
@@ -77,7 +90,7 @@ void PlantInput::eachPlant(const std::function<void(Plant&)>& use) const
         return;
     }
     const SeedRange range = parseSeeds(seeds);
-    SeededGrower grower(path, iterations, range.exemplar);
+    SeededGrower grower(path, iterations, range.exemplar, attempt);
     for (std::uint64_t i = 0; i < range.count(); ++i)
     {
         const Seed seed{range.first + i};
@@ -85,6 +98,7 @@ void PlantInput::eachPlant(const std::function<void(Plant&)>& use) const
             plant.seed = seed.value;
         plant.label = range.exemplar ? "exemplar" : "seed " + std::to_string(seed.value);
         grower.grow(seed, plant.skeleton);
+        plant.attempt = grower.attempt();
         plant.steps = grower.steps();
         use(plant);
     }

@@ -15,8 +15,9 @@ struct Plant
 {
     std::string label; ///< "archetype", "seed 7"
     std::optional<std::uint64_t> seed;
-    std::optional<std::uint32_t> steps; ///< Of its derivation, if it has a number of them.
-    Skeleton skeleton;                  ///< With axes and radii.
+    std::optional<std::uint32_t> attempt; ///< That was taken, of a species with a window of accepted sizes.
+    std::optional<std::uint32_t> steps;   ///< Of its derivation, if it has a number of them.
+    Skeleton skeleton;                    ///< With axes and radii.
 };
 
 /// Grows the plants of a species or of a grammar by itself, which is derived by `iterations` steps, else `iterations:`,
@@ -24,13 +25,17 @@ struct Plant
 class SeededGrower
 {
 public:
-    /// Fails with the reason if the file does not name what can grow. `exemplar`: that drawn tree, whatever the seed.
-    SeededGrower(std::string path, std::optional<std::uint32_t> iterations, std::optional<std::uint32_t> exemplar = {});
+    /// Fails with the reason if the file does not name what can grow. `exemplar`: that drawn tree, whatever the seed;
+    /// `attempt`: that one of every seed, whether it fits or not.
+    SeededGrower(std::string path, std::optional<std::uint32_t> iterations, std::optional<std::uint32_t> exemplar = {},
+                 std::optional<std::uint32_t> attempt = {});
 
     /// A grammar alone is a species named like its file.
     [[nodiscard]] const Species& species() const { return species_; }
     /// With axes and radii: where neither the grammar nor a species says otherwise, such as suit the plant.
     void grow(Seed seed, Skeleton& skeleton);
+    /// That the last tree is, if it was one of several.
+    [[nodiscard]] std::optional<std::uint32_t> attempt() const { return attempt_; }
     /// Of the derivation; none: until nothing can be rewritten.
     [[nodiscard]] std::optional<std::uint32_t> steps() const { return grower_->iterations(); }
 
@@ -38,6 +43,9 @@ private:
     std::string path_;
     Species species_;
     std::optional<Grower> grower_;
+    bool isExemplar_ = false;
+    GrowOptions options_; ///< With the attempt that is pinned, if one is.
+    std::optional<std::uint32_t> attempt_;
     GrowScratch scratch_;
 };
 
@@ -48,6 +56,7 @@ struct PlantInput
     std::string seeds = "1";
     TemplateFolders templates;
     std::optional<std::uint32_t> iterations = {}; ///< Of a grammar.
+    std::optional<std::uint32_t> attempt = {};    ///< Of a species: the one to take.
 
     void addTo(CLI::App& verb);
 

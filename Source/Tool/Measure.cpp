@@ -15,11 +15,13 @@ struct MeasureOptions
     bool json = false;
 };
 
-nlohmann::ordered_json toJson(const SkeletonFacts& facts, const std::optional<std::uint64_t>& seed)
+nlohmann::ordered_json toJson(const SkeletonFacts& facts, const Plant& plant)
 {
     nlohmann::ordered_json json;
-    if (seed)
-        json["seed"] = *seed;
+    if (plant.seed)
+        json["seed"] = *plant.seed;
+    if (plant.attempt)
+        json["attempt"] = *plant.attempt;
     json["segments"] = facts.segments;
     json["totalLength"] = facts.totalLength;
     json["tips"] = facts.tips;
@@ -37,7 +39,7 @@ void measurePlants(const MeasureOptions& options)
 {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     options.input.eachPlant([&](const Plant& plant) {
-        nlohmann::ordered_json facts = toJson(measure(plant.skeleton), plant.seed);
+        nlohmann::ordered_json facts = toJson(measure(plant.skeleton), plant);
         if (options.json)
         {
             all.push_back(std::move(facts));

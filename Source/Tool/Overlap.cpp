@@ -33,6 +33,8 @@ void reportOverlaps(const OverlapCommand& command)
         nlohmann::ordered_json json;
         if (plant.seed)
             json["seed"] = *plant.seed;
+        if (plant.attempt)
+            json["attempt"] = *plant.attempt;
         json["segments"] = plant.skeleton.size();
         json["count"] = report.overlaps.size();
         json["deepest"] = report.deepest;

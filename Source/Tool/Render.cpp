@@ -45,6 +45,7 @@ struct RenderCommand
     TemplateFolders templates;
     std::string output;
     std::optional<std::string> iterations;
+    std::optional<std::uint32_t> attempt;
     bool sheet = false;
     std::uint32_t turntable = 0;
     std::uint32_t columns = 4;
@@ -137,11 +138,14 @@ void render(const RenderCommand& command)
         return std::ranges::count(command.inputs, kind, [](const std::string& path) { return kindOf(path); });
     };
     const bool needNames = kinds(InputKind::Archetype) > 1 || kinds(InputKind::Species) + kinds(InputKind::Grammar) > 1;
+    if (command.attempt && kinds(InputKind::Species) == 0)
+        failUsage("render: expected no --attempt; only species choose among several");
     Gallery gallery;
     for (const std::string& path : command.inputs)
         for (const std::optional<std::uint32_t>& step : kindOf(path) == InputKind::Archetype ? parseSteps({}) : steps)
-            gallery.add({path, command.seeds, command.templates, step}, needNames ? nameOf(path) : "", command,
-                        settings, steps.size() > 1);
+            gallery.add({path, command.seeds, command.templates, step,
+                         kindOf(path) == InputKind::Archetype ? std::nullopt : command.attempt},
+                        needNames ? nameOf(path) : "", command, settings, steps.size() > 1);
     if (gallery.subjects.size() > 1 && !command.sheet)
         failUsage("render: several trees need --sheet; expected that, or one tree");
 
@@ -173,6 +177,7 @@ void addRender(CLI::App& app)
     verb->add_option(
         "-n,--iterations", command->iterations,
         "Of a grammar: steps N of the derivation, or a range A..B on a sheet; default: what it says, else 0");
+    addAttempt(*verb, command->attempt);
     verb->add_flag("--sheet", command->sheet, "A contact sheet: all trees at one scale, labelled");
     verb->add_option("--turntable", command->turntable, "A strip of N views from all sides")
         ->check(CLI::Range(2u, 64u));

@@ -106,6 +106,16 @@ expect "limbs that share a rule" 0 "share a rule: scaling" "$espalier" infer "$c
 expect "the classes that were tried" 0 "chosen" "$espalier" infer "$content/Willow.archetype" --explain
 expect "no reasons of helberg" 2 "tells of the preset kin" "$espalier" infer "$content/Thesis.archetype" --preset helberg --explain
 
+# An attempt is told and can be pinned.
+attempt=$("$espalier" grow Thesis.species --seed 3 -o attempt.glb --json | sed -n 's/.*"attempt": \([0-9]*\).*/\1/p')
+expect "the attempt is told" 0 "attempt $attempt" "$espalier" grow Thesis.species --seed 3 -o told.glb
+expect "the accepted attempt, pinned" 0 "attempt $attempt" "$espalier" grow Thesis.species --seed 3 --attempt "$attempt" -o pinned.glb
+same "the accepted attempt is what grows anyway" attempt.glb pinned.glb
+expect "another attempt" 0 '"attempt": 31' "$espalier" measure Thesis.species --seed 3 --attempt 31 --json
+expect "an attempt beyond all" 2 "attempt" "$espalier" grow Thesis.species --attempt 1024 -o pinned.glb
+expect "an archetype has no attempts" 2 "expected no --attempt" "$espalier" measure "$content/Thesis.archetype" --attempt 1
+expect "the drawn tree is one" 2 "expected no --attempt" "$espalier" grow Thesis.species --seed exemplar --attempt 1 -o pinned.glb
+
 # Edits survive inferring again, whatever the dial says; what cannot be carried over is told and kept.
 rule='VIII(1, 0) : (i==2)*(1-w)+w/4 : ~ III(2)'
 thesis=$content/Thesis.archetype
@@ -283,6 +293,19 @@ expect "unknown ending" 2 ".species" "$espalier" measure tree.txt
 expect "empty range" 2 "range is empty" "$espalier" measure Thesis.species --seed 9..3
 expect "no number" 2 "--seed" "$espalier" measure Thesis.species --seed one
 expect "weight out of range" 2 "merge-weight" "$espalier" infer "$content/Thesis.archetype" --merge-weight 1.5 -o x.species
+expect "no jitter" 0 "w = " "$espalier" infer "$content/Thesis.archetype" --jitter 0 --trace
+expect "jitter out of range" 2 "jitter" "$espalier" infer "$content/Thesis.archetype" --jitter -0.1 -o x.species
+expect "jitter of a preset that has none" 3 "moves no parameters" "$espalier" infer "$content/Thesis.archetype" --preset helberg \
+    --jitter 0.5 -o x.species
+"$espalier" infer "$content/Thesis.archetype" --spatial phyllotaxis,random -o spatial.species > /dev/null
+expect "a planar tree with depth" 0 '"spatial": "phyllotaxis,random"' cat spatial.species
+expect "compared with what it was learned from" 0 '"azimuth"' "$espalier" compare "$content/Thesis.archetype" spatial.species --seeds 1..20 --json
+expect "azimuths that are none" 2 "phyllotaxis, random or drawn" "$espalier" infer "$content/Thesis.archetype" --spatial spiral -o x.species
+expect "weights of archetypes" 0 " : 3" "$espalier" infer "$content/Thesis.archetype" "$repository/Tests/Golden/Data/Thesis.archetype" \
+    --weights 3 1 --trace
+expect "a weight for each archetype" 2 "a number for each of the 1 archetype" "$espalier" infer "$content/Thesis.archetype" \
+    --weights 3,1 -o x.species
+expect "weight of an archetype out of range" 2 "weights" "$espalier" infer "$content/Thesis.archetype" --weights 0 -o x.species
 expect "unknown preset" 2 "preset" "$espalier" infer "$content/Thesis.archetype" --preset best -o x.species
 
 # Bad input is 3, with its place, and what was there stays.

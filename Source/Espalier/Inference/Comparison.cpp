@@ -213,28 +213,36 @@ std::vector<std::uint8_t> rewritableLetters(const Species& species, const Turtle
 class Comparer
 {
 public:
-    Comparer(const std::vector<Exemplar>& exemplars, std::vector<std::uint32_t> labels,
-             std::vector<std::uint8_t> rewritable, const ComparisonOptions& options)
-        : exemplars_(exemplars), labels_(std::move(labels)), rewritable_(std::move(rewritable)), options_(options),
-          distance_(planDistances())
+    Comparer(const std::vector<Exemplar>& exemplars, const std::vector<std::uint32_t>& weights,
+             std::vector<std::uint32_t> labels, std::vector<std::uint8_t> rewritable, const ComparisonOptions& options)
+        : exemplars_(exemplars),
+          weights_(weights.size() == exemplars.size() ? weights : std::vector<std::uint32_t>(exemplars.size(), 1)),
+          labels_(std::move(labels)), rewritable_(std::move(rewritable)), options_(options), distance_(planDistances())
     {
         drawn_.samples.lengthByShare.resize(kProfileBins);
         grown_.samples.lengthByShare.resize(kProfileBins);
         double segments = 0;
         double height = 0;
-        for (const Exemplar& exemplar : exemplars_)
+        for (std::size_t i = 0; i < exemplars_.size(); ++i)
         {
-            segments += exemplar.skeleton.size();
-            height += static_cast<double>(exemplar.skeleton.maxY);
+            const Exemplar& exemplar = exemplars_[i];
+            const double weight = weights_[i];
+            trees_ += weight;
+            segments += weight * exemplar.skeleton.size();
+            height += weight * static_cast<double>(exemplar.skeleton.maxY);
             shapes_.push_back(distance_.shapeOf(exemplar.tree.shape));
             topologies_.insert(topologyOf(exemplar.tree));
         }
-        const double trees = static_cast<double>(exemplars_.size());
-        binHeight_ = std::max(1e-6, 2 * height / trees / static_cast<double>(kProfileBins));
-        const double values = segments / trees * options.seeds;
+        binHeight_ = std::max(1e-6, 2 * height / trees_ / static_cast<double>(kProfileBins));
+        const double values = segments / trees_ * options.seeds;
         stride_ = static_cast<std::uint32_t>(std::clamp(std::ceil(values / kMostValues), 1.0, 1e9));
-        for (const Exemplar& exemplar : exemplars_)
-            drawn_.add(exemplar.tree, exemplar.skeleton, 1, 0, binHeight_);
+        // What counts several times is added as often; of more values than are needed, each time others.
+        const bool isWeighted = trees_ > static_cast<double>(exemplars_.size());
+        const auto stride =
+            isWeighted ? static_cast<std::uint32_t>(std::clamp(std::ceil(segments / kMostValues), 1.0, 1e9)) : 1;
+        for (std::size_t i = 0; i < exemplars_.size(); ++i)
+            for (std::uint32_t time = 0; time < weights_[i]; ++time)
+                drawn_.add(exemplars_[i].tree, exemplars_[i].skeleton, stride, time, binHeight_);
     }
 
     Expected<void> growAll(const Grower& grower)
@@ -276,8 +284,8 @@ public:
         const double seeds = options_.seeds;
         c.seeds = options_.seeds;
         c.exemplars = static_cast<std::uint32_t>(exemplars_.size());
-        for (const Exemplar& exemplar : exemplars_)
-            c.exemplarInstances += exemplar.tree.size() / static_cast<double>(exemplars_.size());
+        for (std::size_t i = 0; i < exemplars_.size(); ++i)
+            c.exemplarInstances += weights_[i] * exemplars_[i].tree.size() / trees_;
 
         c.size.exemplar = meanOf(drawn_.samples.segments);
         c.size.mean = meanOf(grown_.samples.segments);
@@ -318,7 +326,7 @@ public:
                           static_cast<double>(kProfileBins);
 
         for (double& length : drawn_.samples.lengthByShare)
-            length /= static_cast<double>(exemplars_.size());
+            length /= trees_;
         for (double& length : grown_.samples.lengthByShare)
             length /= seeds;
         c.drawn = std::move(drawn_.samples);
@@ -365,6 +373,8 @@ private:
     }
 
     const std::vector<Exemplar>& exemplars_;
+    const std::vector<std::uint32_t> weights_; ///< How often each counts.
+    double trees_ = 0;                         ///< The sum of these.
     std::vector<std::uint32_t> labels_;
     std::vector<std::uint8_t> rewritable_;
     const ComparisonOptions& options_;
@@ -407,7 +417,7 @@ Expected<Comparison> compare(std::span<const Archetype> archetypes, const Specie
     const auto exemplars = drawExemplars(merged, species.appearance.pipes);
     if (!exemplars)
         return tl::make_unexpected(exemplars.error());
-    Comparer comparer(*exemplars, labelsOf(species, merged.library),
+    Comparer comparer(*exemplars, species.provenance.weights, labelsOf(species, merged.library),
                       rewritableLetters(species, TurtleAlphabet(grower->program())), options);
     if (auto done = comparer.growAll(*grower); !done)
         return tl::make_unexpected(done.error());

@@ -108,9 +108,10 @@ struct ComparisonOptions
     Progress progress{};
 };
 
-/// Grows trees of `species` and compares them with the archetypes it was inferred from. Tables of the species are
-/// matched with the archetypes' templates by name. Deterministic; one thread. Fails as Grower does, and with BadInput
-/// for an archetype that is not valid, a species without template instances, or fewer than 2 seeds.
+/// Grows trees of `species` and compares them with the archetypes it was inferred from, given depth (giveDepth) if they
+/// were then. Each drawn tree counts as often as the species says it did there, if it has as many. Tables of the
+/// species are matched with the archetypes' templates by name. Deterministic; one thread. Fails as Grower does, and
+/// with BadInput for an archetype that is not valid, a species without template instances, or fewer than 2 seeds.
 [[nodiscard]] Expected<Comparison> compare(std::span<const Archetype> archetypes, const Species& species,
                                            const ComparisonOptions& options = {});
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Espalier/Archetype/Archetype.h>
+#include <Espalier/Archetype/Spatial.h>
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Progress.h>
 #include <Espalier/Inference/Explanation.h>
@@ -28,6 +29,18 @@ struct InferenceOptions
     /// of rule length against rule uses; default 0.5.
     std::optional<double> ruleWeight{};
 
+    /// [0, 1]. kin: how far parameters are moved so that trees with the same branches still differ, as a share of what
+    /// each was observed to vary (angles on the circle, scalings by at most 0.4 of themselves), times the merge weight.
+    /// 0: every parameter is one that was drawn, and relatives differ by their branches alone.
+    double jitter = kUsualJitter;
+
+    /// How often each archetype counts, [1, 1000] each; none: all alike. kin: what it has counts so often wherever kin
+    /// are drawn, each of its trees so often as a beginning. What was drawn keeps its own counts (Species::rules).
+    std::vector<std::uint32_t> weights{};
+
+    /// Gives the archetypes depth before anything is learned from them (giveDepth); none: they stay as drawn.
+    std::vector<Azimuths> spatial{};
+
     std::string name = "species"; ///< Of the species.
     Progress progress{};
 
@@ -40,7 +53,8 @@ struct InferenceOptions
 
 /// Infers the rules behind one or more archetypes of a kind. The archetypes may use different libraries; templates of
 /// equal word are one. Deterministic: equal input gives an equal species. Fails with BadInput for an invalid archetype,
-/// an unknown preset or a weight outside [0, 1].
+/// an unknown preset or a weight or jitter out of range, with Limit where weights make more of an archetype than memory
+/// holds.
 [[nodiscard]] Expected<Species> inferSpecies(std::span<const Archetype> archetypes,
                                              const InferenceOptions& options = {});
 

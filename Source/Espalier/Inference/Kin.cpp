@@ -89,7 +89,8 @@ std::string printLimbs(const InferenceContext& context)
 
 Expected<void> shareIdenticalLimbs(InferenceContext& context)
 {
-    context.limbs = shareLimbs(context.exemplars, context.anchors, segmentsDrawn(context.exemplars.library));
+    context.limbs = shareLimbs(context.exemplars, context.anchors, segmentsDrawn(context.exemplars.library),
+                               context.species.provenance.weights);
     const LimbTable& limbs = context.limbs;
 
     context.summary = std::to_string(context.exemplars.instances.size()) + " instances are " +
@@ -106,7 +107,8 @@ namespace {
 std::vector<KinRule> writeKin(const InferenceContext& context, const KinClasses& classes,
                               std::optional<GrowthWindow> window, Species& species)
 {
-    std::vector<KinRule> rules = writeKinGrammar(context.exemplars.library, context.limbs, classes, species);
+    std::vector<KinRule> rules =
+        writeKinGrammar(context.exemplars.library, context.limbs, classes, species, context.options.jitter);
     species.provenance.exemplars = static_cast<std::uint32_t>(context.limbs.roots.size());
     if (classes.weight == 0)
         return rules; // where nothing may change, the drawn trees themselves are what is wanted
@@ -209,6 +211,7 @@ Expected<void> classKin(InferenceContext& context)
     context.window = std::move(chosen.window);
     const auto level = std::ranges::find(levels, context.classes.level);
     species.provenance.mergeWeight = context.classes.weight;
+    species.provenance.jitter = options.jitter;
     species.provenance.ruleWeight =
         static_cast<double>(level - levels.begin()) / static_cast<double>(levels.size() - 1);
     context.summary =

@@ -61,7 +61,7 @@ public:
             return std::tuple(a.kind, -a.gain) < std::tuple(b.kind, -b.gain);
         });
         for (std::uint32_t limb = 0; limb < limbs_.limbs.size(); ++limb)
-            explanation.drawnBits += limbs_.limbs[limb].count * bitsOf(limb);
+            explanation.drawnBits += limbs_.limbs[limb].drawn * bitsOf(limb);
         explanation.ruleBits = explanation.drawnBits;
         for (const Explanation::Merge& merge : explanation.merges)
             explanation.ruleBits -= merge.gain;
@@ -85,7 +85,7 @@ private:
     void equalLimbs(std::uint32_t c, std::uint32_t number, Explanation& explanation) const
     {
         const std::uint32_t limb = classes_.kin[c][number];
-        const std::uint32_t times = limbs_.limbs[limb].count;
+        const std::uint32_t times = limbs_.limbs[limb].drawn;
         if (times < 2)
             return;
         explanation.merges.push_back({Explanation::Kind::Equal, numbered(c, number, 1), (times - 1) * bitsOf(limb),
@@ -121,8 +121,10 @@ private:
             mentions += use.limb != kNoInstance && classes_.classOf[use.limb] == c ? 1 : 0;
         const double saved = std::log2(static_cast<double>(limbs_.limbs.size())) - lengths_.classes - std::log2(size);
         double choice = 0;
+        std::size_t drawn = 0;
         for (const std::uint32_t limb : kin)
         {
+            drawn += limbs_.limbs[limb].drawn;
             const double share = static_cast<double>(limbs_.limbs[limb].count) / classes_.occurrences[c];
             choice -= share * std::log2(share);
         }
@@ -135,7 +137,7 @@ private:
              count(kin.size(), "limb") + " of the template " + library_.templates[limbs_.limbs[kin[0]].piece].name +
                  ", " + range(limbs_.limbs[small].segments, limbs_.limbs[large].segments) + " segments large, " +
                  range(limbs_.limbs[low].height, limbs_.limbs[high].height) + " instances high, drawn " +
-                 count(classes_.occurrences[c], "time") +
+                 count(drawn, "time") +
                  (kin.size() == 1 ? std::string(": nothing else is of its kind")
                                   : ": where one was drawn, any may grow with chance " + formatNumber(classes_.weight) +
                                         ", a choice of " + formatNumber(std::round(choice * 100) / 100) + " bits"),

@@ -24,18 +24,18 @@ struct LimbTransforms
 };
 
 /// How far each parameter is moved so that two trees with the same branches still differ: a share of what it was seen
-/// to vary. At weight 0 nothing moves; at 1 the share is a tenth, which leaves the distribution of each parameter
-/// recognisably the drawn one.
+/// to vary. At weight 0 nothing moves; at 1 the share is `jitter`. A deviation of scalings counts as at most their
+/// mean, and what comes of it stays so small that no scaling can become negative.
 std::array<double, 4> smoothing(std::span<const double> scalings, std::span<const double> rotations,
-                                std::span<const double> branchings, std::span<const double> rolls, double weight)
+                                std::span<const double> branchings, std::span<const double> rolls, double weight,
+                                double jitter)
 {
-    constexpr double kShare = 0.1;
-    constexpr double kMostScaling = 0.1;
+    constexpr double kMostScaling = 0.4;
     std::array<double, 4> spread{deviationOf(scalings) / meanOf(scalings), circularDeviationOf(rotations),
                                  deviationOf(branchings), circularDeviationOf(rolls)};
     for (double& value : spread)
-        value *= kShare * weight;
-    spread[0] = std::min(kMostScaling, spread[0]);
+        value *= jitter * weight;
+    spread[0] = std::min({kMostScaling, jitter, spread[0]});
     for (double& value : spread)
         value = std::round(value * 1e4) / 1e4;
     return spread;
@@ -54,7 +54,8 @@ void forEachRun(const KinClasses& classes, std::uint32_t c, Function&& function)
     }
 }
 
-LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, const TemplateLibrary& library)
+LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, const TemplateLibrary& library,
+                            double jitter)
 {
     const std::size_t pieces = library.templates.size();
     struct Observed
@@ -76,8 +77,8 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
         result.rotates[piece] = result.rotates[piece] || use.direction.rotation != 0;
         result.rolls[piece] = result.rolls[piece] || use.direction.roll != 0;
     };
-    for (const LimbUse& root : limbs.roots)
-        direct(root, 1);
+    for (std::size_t tree = 0; tree < limbs.roots.size(); ++tree)
+        direct(limbs.roots[tree], limbs.rootWeights[tree]);
     for (const Limb& limb : limbs.limbs)
     {
         Observed& seen = observed[limb.piece];
@@ -111,7 +112,7 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
         if (result.tableOf[piece] != kNoPiece)
             result.tables[result.tableOf[piece]].spread =
                 smoothing(observed[piece].scalings, observed[piece].rotations, observed[piece].branchings,
-                          observed[piece].rolls, classes.weight);
+                          observed[piece].rolls, classes.weight, jitter);
     return result;
 }
 
@@ -119,9 +120,10 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
 class KinGrammarWriter
 {
 public:
-    KinGrammarWriter(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes)
-        : library_(library), limbs_(limbs), classes_(classes), transforms_(transformsOf(limbs, classes, library)),
-          grammar_(grammarFor(library)), indexInClass_(limbs.limbs.size())
+    KinGrammarWriter(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes, double jitter)
+        : library_(library), limbs_(limbs), classes_(classes),
+          transforms_(transformsOf(limbs, classes, library, jitter)), grammar_(grammarFor(library)),
+          indexInClass_(limbs.limbs.size())
     {
         for (const std::vector<std::uint32_t>& kin : classes.kin)
             for (std::uint32_t i = 0; i < kin.size(); ++i)
@@ -215,12 +217,13 @@ private:
         grammar_.longSymbols.push_back(start_);
         const SymbolId start = grammar_.symbols.intern(start_);
         grammar_.append(grammar_.axiom, start);
-        for (const LimbUse& root : limbs_.roots)
+        for (std::size_t tree = 0; tree < limbs_.roots.size(); ++tree)
         {
+            const LimbUse& root = limbs_.roots[tree];
             Production production;
             production.predecessor = start;
             production.successor.push_back(moduleOf(root));
-            production.weight = grammar_.expressions.number(1);
+            production.weight = grammar_.expressions.number(limbs_.rootWeights[tree]);
             add(std::move(production), {root.limb, KinRule::kStart});
         }
     }
@@ -399,9 +402,9 @@ private:
 } // namespace
 
 std::vector<KinRule> writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
-                                     Species& species)
+                                     Species& species, double jitter)
 {
-    return KinGrammarWriter(library, limbs, classes).write(species);
+    return KinGrammarWriter(library, limbs, classes, jitter).write(species);
 }
 
 } // namespace espalier

@@ -20,12 +20,13 @@ struct KinRule
     std::uint32_t limbs = 1;     ///< That share the rule: those that follow in the class.
 };
 
-/// Fills the grammar and the tables of `species` from a choice of classes and weight: one production for each distinct
-/// limb or run of alike ones, weighted so that where limb k was drawn, limb k grows with chance 1 - w and any of its
-/// class, by occurrence, with chance w. Classes are called after their templates (kinNames); the productions of a class
-/// stand together, in the order of its limbs, whose indices they bear. Returns what each production stands for.
+/// Fills the grammar and the tables of `species` from a choice of classes and weight, parameters moved by `jitter`
+/// (InferenceOptions): one production for each distinct limb or run of alike ones, weighted so that where limb k was
+/// drawn, limb k grows with chance 1 - w and any of its class, by occurrence, with chance w. Classes are called after
+/// their templates (kinNames); the productions of a class stand together, in the order of its limbs, whose indices they
+/// bear. Returns what each production stands for.
 std::vector<KinRule> writeKinGrammar(const TemplateLibrary& library, const LimbTable& limbs, const KinClasses& classes,
-                                     Species& species);
+                                     Species& species, double jitter = kUsualJitter);
 
 /// GrowthSample::topology of drawn tree number `tree`, from a grammar as writeKinGrammar left it and the rules it
 /// returned. As a Grower for the drawn tree finds it, but in a hundredth of the time and without copies of the grammar.

@@ -7,6 +7,7 @@
 #include <Espalier/Core/Hash.h>
 #include <algorithm>
 #include <numeric>
+#include <span>
 
 namespace espalier {
 
@@ -145,7 +146,6 @@ std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbT
         const std::uint32_t instance = isStart ? anchors.roots[tree++] : first[rule.limb];
         RuleOrigin origin;
         origin.limbs = rule.limbs;
-        origin.count = isStart ? 1 : rule.limbs * limb.count;
         origin.limb =
             rule.limbs > 1 ? loads[rule.limb] : limbIdentity(loads[rule.limb], limb.scaling, limb.branchingAngle);
         Hash64 place;
@@ -164,13 +164,18 @@ std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbT
         }
         origin.place = place.result();
         if (isStart)
+        {
+            origin.count = 1;
             origin.nodes = {places.nodes[instance]};
+        }
         else
         {
             const std::vector<std::uint32_t>& kin = classes.kin[classes.classOf[rule.limb]];
-            for (std::uint32_t i = 0; i < rule.limbs; ++i)
-                origin.nodes.insert(origin.nodes.end(), nodes[kin[rule.number + i]].begin(),
-                                    nodes[kin[rule.number + i]].end());
+            for (const std::uint32_t member : std::span(kin).subspan(rule.number, rule.limbs))
+            {
+                origin.count += limbs.limbs[member].drawn;
+                origin.nodes.insert(origin.nodes.end(), nodes[member].begin(), nodes[member].end());
+            }
             std::ranges::sort(origin.nodes, {}, [](const DrawnNode& node) { return std::pair(node.tree, node.node); });
             origin.nodes.resize(std::min(origin.nodes.size(), RuleOrigin::kMostNodes));
         }

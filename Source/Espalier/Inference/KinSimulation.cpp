@@ -46,12 +46,27 @@ KinSimulation::KinSimulation(const LimbTable& limbs, const KinClasses& classes, 
     // Where settled limbs stand for each other, only those do that hang at what is not settled: so each drawn one is
     // still expected once.
     std::vector<std::uint32_t> hanging(limbs.limbs.size());
-    for (const LimbUse& root : limbs.roots)
-        ++hanging[root.limb];
+    for (std::size_t tree = 0; tree < limbs.roots.size(); ++tree)
+        hanging[limbs.roots[tree].limb] += limbs.rootWeights[tree];
     for (std::size_t i = 0; i < limbs.limbs.size(); ++i)
         for (std::uint32_t a = 0; !settled_[i] && a < anchors[limbs.limbs[i].piece]; ++a)
             if (const std::uint32_t child = limbs.children[limbs.limbs[i].firstChild + a].limb; child != kNoInstance)
                 hanging[child] += limbs.limbs[i].count;
+    // Of a tree that counts w times turn k stands at (k + 1/2) / w, so that also a few turns are mixed as all are.
+    struct Turn
+    {
+        std::uint64_t position; // doubled
+        std::uint64_t weight;
+        std::uint32_t tree;
+    };
+    std::vector<Turn> turns;
+    for (std::uint32_t tree = 0; tree < limbs.roots.size(); ++tree)
+        for (std::uint64_t k = 0; k < limbs.rootWeights[tree]; ++k)
+            turns.push_back({2 * k + 1, limbs.rootWeights[tree], tree});
+    std::ranges::stable_sort(
+        turns, [](const Turn& a, const Turn& b) { return a.position * b.weight < b.position * a.weight; });
+    for (const Turn& turn : turns)
+        turns_.push_back(turn.tree);
     for (const std::vector<std::uint32_t>& kin : classes.kin)
     {
         const auto first = static_cast<std::uint32_t>(members_.size());
@@ -71,7 +86,7 @@ void KinSimulation::grow(Seed seed, double weight, std::uint32_t mostSegments, S
     key_ = RandomKey(seed);
     counter_ = 0;
     threshold_ = static_cast<std::uint64_t>(weight * 0x1p53);
-    growRecorded(limbs_.roots[seed.value % limbs_.roots.size()].limb, mostSegments, tree);
+    growRecorded(limbs_.roots[turns_[seed.value % turns_.size()]].limb, mostSegments, tree);
 }
 
 void KinSimulation::drawn(std::size_t index, SimulatedTree& tree)

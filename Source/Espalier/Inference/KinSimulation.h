@@ -41,7 +41,8 @@ public:
                   const std::vector<std::uint32_t>& anchors, TreeRecord record = TreeRecord::Shape,
                   double settledSegments = 0);
 
-    /// The tree of `seed` where kin are exchanged with chance `weight`; the drawn trees take turns as its beginning.
+    /// The tree of `seed` where kin are exchanged with chance `weight`; the drawn trees take turns as its beginning,
+    /// each as often as it counts.
     /// Leaves off beyond `mostSegments` segments.
     void grow(Seed seed, double weight, std::uint32_t mostSegments, SimulatedTree& tree);
 
@@ -90,6 +91,7 @@ private:
     std::vector<bool> settled_;            ///< Likewise.
     std::vector<std::uint32_t> profileOf_; ///< Likewise, into `profiles_`; kNoProfile: not found out yet.
     std::vector<Profile> profiles_;
+    std::vector<std::uint32_t> turns_;   ///< The drawn trees in the order in which they begin.
     std::vector<std::uint32_t> members_; ///< The limbs of all classes, each as often as it was drawn and may be taken.
     std::vector<Pending> pending_;
     PqGramCounter grams_;

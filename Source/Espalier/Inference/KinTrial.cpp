@@ -78,12 +78,15 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
 {
     for (const Template& piece : library.templates)
         anchors_.push_back(static_cast<std::uint32_t>(piece.anchors.size()));
-    const double trees = static_cast<double>(limbs.roots.size());
-    for (const LimbUse& use : limbs.roots)
+    double trees = 0;
+    for (const std::uint32_t weight : limbs.rootWeights)
+        trees += weight;
+    for (std::size_t tree = 0; tree < limbs.roots.size(); ++tree)
     {
-        const Limb& root = limbs.limbs[use.limb];
-        segments_ += root.segments / trees;
-        depth_ += root.height / trees;
+        const Limb& root = limbs.limbs[limbs.roots[tree].limb];
+        const double weight = limbs.rootWeights[tree];
+        segments_ += weight * root.segments / trees;
+        depth_ += weight * root.height / trees;
         leastSegments_ = std::min(leastSegments_, root.segments);
         mostSegments_ = std::max(mostSegments_, root.segments);
         leastDepth_ = std::min(leastDepth_, root.height);

@@ -28,8 +28,27 @@ std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library)
     return draws;
 }
 
-LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, const std::vector<std::uint32_t>& draws)
+namespace {
+
+/// How often each instance counts: as often as its tree.
+std::vector<std::uint32_t> weightsOfInstances(const Archetype& exemplars, std::span<const std::uint32_t> weights)
 {
+    std::vector<std::uint32_t> result;
+    result.reserve(exemplars.instances.size());
+    std::size_t tree = 0;
+    for (const TemplateInstance& instance : exemplars.instances)
+        result.push_back(instance.parent != kNoInstance ? result[instance.parent]
+                         : weights.empty()              ? 1
+                                                        : weights[tree++]);
+    return result;
+}
+
+} // namespace
+
+LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, const std::vector<std::uint32_t>& draws,
+                     std::span<const std::uint32_t> weights)
+{
+    const std::vector<std::uint32_t> weightOf = weightsOfInstances(exemplars, weights);
     const auto count = static_cast<std::uint32_t>(exemplars.instances.size());
     std::vector<std::uint32_t> limbOf(count);
     std::unordered_map<std::uint64_t, std::uint32_t> firstWithHash; // looked up, never iterated
@@ -86,7 +105,8 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
             found.limbs.push_back(limb);
             found.children.insert(found.children.end(), children.begin(), children.end());
         }
-        ++found.limbs[same].count;
+        found.limbs[same].count += weightOf[i];
+        ++found.limbs[same].drawn;
         limbOf[i] = same;
     }
 
@@ -120,6 +140,7 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
     {
         table.roots.push_back(useOf(root));
         table.roots.back().limb = newNumber[limbOf[root]];
+        table.rootWeights.push_back(weightOf[root]);
     }
     for (std::uint32_t& limb : limbOf)
         limb = newNumber[limb];

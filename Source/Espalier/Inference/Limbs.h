@@ -3,6 +3,7 @@
 #include <Espalier/Archetype/Archetype.h>
 #include <compare>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -24,11 +25,12 @@ struct Limb
 {
     std::uint32_t piece = 0;      ///< Template of its first instance.
     std::uint32_t firstChild = 0; ///< Into LimbTable::children; as many as the template has anchors.
-    std::uint32_t count = 0;      ///< Occurrences in the drawn trees.
+    std::uint32_t count = 0;      ///< Occurrences in the drawn trees, each as often as its tree counts.
     std::uint32_t segments = 0;
     std::uint32_t height = 1;  ///< Nested template instances.
     double scaling = 1;        ///< Of its first instance.
     double branchingAngle = 0; ///< Likewise, degrees.
+    std::uint32_t drawn = 0;   ///< Occurrences in the drawn trees.
 };
 
 /// What hangs at a place.
@@ -45,14 +47,17 @@ struct LimbTable
 {
     std::vector<Limb> limbs;
     std::vector<LimbUse> children;
-    std::vector<LimbUse> roots;        ///< The whole trees.
-    std::vector<std::uint32_t> limbOf; ///< The limb that begins with each instance of the drawn trees.
+    std::vector<LimbUse> roots;             ///< The whole trees.
+    std::vector<std::uint32_t> rootWeights; ///< How often each counts.
+    std::vector<std::uint32_t> limbOf;      ///< The limb that begins with each instance of the drawn trees.
 };
 
 /// Hash-consing, linear time: limbs are equal if template, scaling, branching angle (to the bit) and all that they
-/// carry are. `draws[t]` is the number of segments that template t draws.
+/// carry are. `draws[t]` is the number of segments that template t draws; `weights` says how often each tree counts,
+/// empty: once.
 [[nodiscard]] LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors,
-                                   const std::vector<std::uint32_t>& draws);
+                                   const std::vector<std::uint32_t>& draws,
+                                   std::span<const std::uint32_t> weights = {});
 
 /// Segments drawn by each template of a library.
 [[nodiscard]] std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library);

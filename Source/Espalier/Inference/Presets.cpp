@@ -5,6 +5,7 @@
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Plant/Axes.h>
 #include <algorithm>
+#include <numeric>
 
 namespace espalier {
 
@@ -67,11 +68,58 @@ Expected<void> checkOptions(std::span<const Archetype> archetypes, const Inferen
         if (weight && !(*weight >= 0 && *weight <= 1))
             return failure(ErrorKind::BadInput, {}, std::string("the ") + name + " is out of range",
                            "a number from 0 to 1");
+    if (!(options.jitter >= 0 && options.jitter <= 1))
+        return failure(ErrorKind::BadInput, {}, "the jitter is out of range", "a share from 0 to 1");
+    if (options.jitter != kUsualJitter && options.preset != "kin")
+        return failure(ErrorKind::BadInput, {}, "the preset " + options.preset + " moves no parameters",
+                       "a jitter with the preset kin only");
+    if (options.weights.empty())
+        return {};
+    constexpr std::uint32_t kMostWeight = 1000;
+    if (options.preset != "kin")
+        return failure(ErrorKind::BadInput, {}, "the preset " + options.preset + " does not weigh archetypes",
+                       "weights with the preset kin only");
+    if (options.weights.size() != archetypes.size())
+        return failure(ErrorKind::BadInput, {},
+                       "the number of weights is " + std::to_string(options.weights.size()) + ", that of archetypes " +
+                           std::to_string(archetypes.size()),
+                       "a weight for each archetype");
+    for (const std::uint32_t weight : options.weights)
+        if (weight < 1 || weight > kMostWeight)
+            return failure(ErrorKind::BadInput, {}, "the weight " + std::to_string(weight) + " is out of range",
+                           "a whole number from 1 to " + std::to_string(kMostWeight));
     return {};
 }
 
 /// Of one drawn tree, four for each instance that an inference takes at most; a skeleton of so many is two gigabytes.
 constexpr std::uint32_t kMostExemplarSegments = 16u << 20;
+
+/// How often each drawn tree counts, without a common factor; none where all count alike.
+Expected<std::vector<std::uint32_t>> weightsOfTrees(std::span<const Archetype> archetypes,
+                                                    const std::vector<std::uint32_t>& weights)
+{
+    std::uint32_t divisor = 0;
+    for (const std::uint32_t weight : weights)
+        divisor = std::gcd(divisor, weight);
+    std::vector<std::uint32_t> ofTrees;
+    std::uint64_t instances = 0;
+    for (std::size_t i = 0; i < weights.size(); ++i)
+    {
+        const std::uint32_t weight = weights[i] / divisor;
+        instances += std::uint64_t{weight} * archetypes[i].instances.size();
+        for (const TemplateInstance& instance : archetypes[i].instances)
+            if (instance.parent == kNoInstance)
+                ofTrees.push_back(weight);
+    }
+    const std::uint64_t most = 4 * std::uint64_t{Limits{}.inferredNodes};
+    if (instances > most)
+        return failure(ErrorKind::Limit, {},
+                       "with these weights the archetypes count as " + std::to_string(instances) + " instances",
+                       "at most " + std::to_string(most) + " (four times the limit inferredNodes), by smaller weights");
+    if (std::ranges::all_of(ofTrees, [](std::uint32_t weight) { return weight == 1; }))
+        ofTrees.clear();
+    return ofTrees;
+}
 
 /// Sizes of the drawn trees for the provenance, and pipes that suit them.
 Expected<void> measureExemplars(const InferenceContext& context, Species& species)
@@ -114,11 +162,18 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
         return failure(ErrorKind::BadInput, {}, "there is no inference preset \"" + options.preset + "\"",
                        "kin or helberg");
 
-    InferenceContext context{options, mergeArchetypes(archetypes), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+    auto weights = weightsOfTrees(archetypes, options.weights);
+    if (!weights)
+        return tl::make_unexpected(weights.error());
+
+    InferenceContext context{
+        options, giveDepth(mergeArchetypes(archetypes), options.spatial), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
     context.anchors = anchorsOf(context.exemplars);
     context.species.name = options.name;
     context.species.provenance.method = preset->method;
     context.species.provenance.archetypes = identityOf(archetypes);
+    context.species.provenance.weights = std::move(*weights);
+    context.species.provenance.spatial = printAzimuths(options.spatial);
     if (auto done = measureExemplars(context, context.species); !done)
         return tl::make_unexpected(done.error());
 

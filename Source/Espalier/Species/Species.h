@@ -28,6 +28,9 @@ struct GrowthWindow
     friend bool operator==(const GrowthWindow&, const GrowthWindow&) = default;
 };
 
+/// A tenth of the spread leaves the distribution of a parameter recognisably the drawn one.
+inline constexpr double kUsualJitter = 0.1;
+
 /// Where a species came from, for people and tools; growing reads only `exemplars`, to give those back.
 struct Provenance
 {
@@ -36,6 +39,9 @@ struct Provenance
     std::string grammar; ///< Identity of the grammar as inferred (identityOf), so that edits in the file are noticed.
     double mergeWeight = 0;
     double ruleWeight = 0;
+    double jitter = kUsualJitter;       ///< Share of the observed spread by which parameters are moved. [0, 1]
+    std::vector<std::uint32_t> weights; ///< How often each drawn tree counts; empty: all alike.
+    std::string spatial;                ///< How azimuths were given to what was drawn (printAzimuths); empty: not.
     std::uint32_t exemplarSegments = 0; ///< Mean over the drawn trees.
     std::uint32_t exemplarInstances = 0;
     /// Drawn trees that the rules give back exactly: where the grammar's constant `w` is 0 and the tables are not

@@ -177,10 +177,25 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance)
         .result();
 }
 
+Expected<void> readWeights(const Value& value, std::vector<std::uint32_t>& weights)
+{
+    if (auto done = value.requireArray("weights"); !done)
+        return done;
+    for (const Value& item : value.items())
+    {
+        const auto weight = item.count("a weight", 1, 1000);
+        if (!weight)
+            return tl::make_unexpected(weight.error());
+        weights.push_back(static_cast<std::uint32_t>(*weight));
+    }
+    return {};
+}
+
 Expected<void> readProvenance(const Value& value, Provenance& provenance)
 {
     if (auto done = value.requireObject("provenance", {"method", "archetypes", "grammar", "mergeWeight", "ruleWeight",
-                                                       "exemplarSegments", "exemplarInstances", "exemplars", "note"});
+                                                       "jitter", "weights", "spatial", "exemplarSegments",
+                                                       "exemplarInstances", "exemplars", "note"});
         !done)
         return done;
     return Fields(value)
@@ -189,6 +204,9 @@ Expected<void> readProvenance(const Value& value, Provenance& provenance)
         .string("grammar", provenance.grammar)
         .number("mergeWeight", provenance.mergeWeight, 0, 1)
         .number("ruleWeight", provenance.ruleWeight, 0, 1)
+        .number("jitter", provenance.jitter, 0, 1)
+        .read("weights", [&](const Value& v) { return readWeights(v, provenance.weights); })
+        .string("spatial", provenance.spatial)
         .count("exemplarSegments", provenance.exemplarSegments, 0, 0xffffffffu)
         .count("exemplarInstances", provenance.exemplarInstances, 0, 0xffffffffu)
         .count("exemplars", provenance.exemplars, 0, 0xffffffffu)
@@ -557,9 +575,15 @@ std::string printSpecies(const Species& species)
     }
     out += "\n  },\n";
     const Provenance& p = species.provenance;
+    std::string weights;
+    for (const std::uint32_t weight : p.weights)
+        weights += (weights.empty() ? ", \"weights\": [" : ", ") + std::to_string(weight);
+    weights += weights.empty() ? "" : "]";
     out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
            (p.grammar.empty() ? std::string() : ", \"grammar\": " + quoteJson(p.grammar)) +
            ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
+           (p.jitter == kUsualJitter ? std::string() : ", \"jitter\": " + formatNumber(p.jitter)) + weights +
+           (p.spatial.empty() ? std::string() : ", \"spatial\": " + quoteJson(p.spatial)) +
            ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) +
            ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) +
            ", \"exemplars\": " + std::to_string(p.exemplars) + ", \"note\": " + quoteJson(p.note) + "}";

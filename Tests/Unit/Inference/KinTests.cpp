@@ -77,6 +77,97 @@ TEST(Kin, GivesTheArchetypeBackAtWeightZero)
                    "archetype " + std::to_string(seed), seed / 11.0);
 }
 
+TEST(Kin, CountsArchetypesAsOftenAsTheirWeightsSay)
+{
+    const std::string templates = "stem: FX\nleaf: F(0.2)\n";
+    const auto stem = [&](const char* scaling) {
+        return samples::read(templates, std::string(R"({"template": "stem", "children": {"X": {"template": "leaf",
+                                        "scaling": )") +
+                                            scaling + "}}}");
+    };
+    const std::vector<Archetype> archetypes{stem("1"), stem("2")};
+    const auto weighted = [&](std::vector<std::uint32_t> weights, double mergeWeight) {
+        return inferSpecies(archetypes, {.mergeWeight = mergeWeight, .ruleWeight = 1.0, .weights = std::move(weights)});
+    };
+    const Species species = weighted({3, 1}, 0.5).value();
+    const std::string grammar = printGrammar(species.grammar);
+    EXPECT_NE(grammar.find("Tree -> Stem(0) : 3\nTree -> Stem(1) : 1\n"), std::string::npos) << grammar;
+    EXPECT_NE(grammar.find("(i==0)*(1-w)+w*3/4 : ~ leaf(0)"), std::string::npos) << grammar;
+    EXPECT_NE(grammar.find("(i==1)*(1-w)+w/4 : ~ leaf(1)"), std::string::npos) << grammar;
+    for (const RuleOrigin& rule : species.rules)
+        EXPECT_EQ(rule.count, 1u) << "as often as it was drawn";
+    EXPECT_EQ(species.provenance.weights, (std::vector<std::uint32_t>{3, 1}));
+    EXPECT_EQ(parseSpecies(printSpecies(species), "test").value(), species);
+
+    // Three in four trees are of the first kind, and so are three in four leaves.
+    for (const double mergeWeight : {0.0, 1.0})
+    {
+        const Grower grower = Grower::make(weighted({3, 1}, mergeWeight).value()).value();
+        GrowScratch scratch;
+        Skeleton skeleton;
+        double first = 0;
+        for (std::uint64_t seed = 0; seed < 4000; ++seed)
+        {
+            ASSERT_TRUE(grower.grow(Seed{seed}, {.attempt = 0}, scratch, skeleton));
+            first += skeleton.lengths[1] < 0.3f ? 1 : 0;
+        }
+        EXPECT_NEAR(first / 4000, 0.75, 0.03) << mergeWeight;
+    }
+    // What is drawn stays so.
+    for (std::uint32_t tree = 0; tree < 2; ++tree)
+    {
+        Skeleton skeleton;
+        GrowScratch scratch;
+        ASSERT_TRUE(Grower::makeExemplar(species, tree)->grow(Seed{}, {}, scratch, skeleton));
+        EXPECT_EQ(skeleton.ends, drawArchetype(archetypes[tree])->ends);
+    }
+
+    EXPECT_EQ(printSpecies(weighted({7, 7}, 0.5).value()), printSpecies(weighted({}, 0.5).value()));
+    for (const std::vector<std::uint32_t>& wrong : {std::vector<std::uint32_t>{1}, {0, 1}, {1, 1001}, {1, 1, 1}})
+        EXPECT_EQ(weighted(wrong, 0.5).error().kind, ErrorKind::BadInput);
+    EXPECT_FALSE(inferSpecies(archetypes, {.preset = "helberg", .weights = {3, 1}}));
+}
+
+TEST(Kin, MovesParametersByTheJitter)
+{
+    const auto jittered = [](double jitter) {
+        return inferred(samples::bush(), {.mergeWeight = 0.5, .ruleWeight = 0.5, .jitter = jitter});
+    };
+    const Species usual = inferred(samples::bush(), {.mergeWeight = 0.5, .ruleWeight = 0.5});
+    EXPECT_EQ(printSpecies(jittered(kUsualJitter)), printSpecies(usual));
+    EXPECT_EQ(printSpecies(usual).find("jitter"), std::string::npos);
+    const Species exact = jittered(0);
+    const Species wide = jittered(0.3);
+    ASSERT_EQ(usual.tables.size(), wide.tables.size());
+    bool anyMoves = false;
+    for (std::size_t t = 0; t < usual.tables.size(); ++t)
+        for (std::size_t i = 0; i < 4; ++i)
+        {
+            EXPECT_EQ(exact.tables[t].spread[i], 0);
+            EXPECT_NEAR(wide.tables[t].spread[i], 3 * usual.tables[t].spread[i], 2e-4) << "rounded to four decimals";
+            anyMoves = anyMoves || usual.tables[t].spread[i] > 0;
+        }
+    EXPECT_TRUE(anyMoves);
+    EXPECT_EQ(parseSpecies(printSpecies(wide), "test").value(), wide);
+    EXPECT_EQ(wide.provenance.jitter, 0.3);
+
+    // Without it every length is one that was drawn.
+    std::set<float> lengths;
+    for (const Skeleton& tree : drawn(samples::bush(), {}))
+        lengths.insert(tree.lengths.begin(), tree.lengths.end());
+    for (std::uint64_t seed = 0; seed < 20; ++seed)
+    {
+        const Skeleton grown = grow(exact, Seed{seed}).value();
+        for (const float length : grown.lengths)
+            EXPECT_TRUE(lengths.contains(length)) << length;
+    }
+
+    const Archetype bush = samples::bush();
+    for (const double jitter : {-0.1, 1.1, std::nan("")})
+        EXPECT_EQ(inferSpecies({&bush, 1}, {.jitter = jitter}).error().kind, ErrorKind::BadInput) << jitter;
+    EXPECT_FALSE(inferSpecies({&bush, 1}, {.preset = "helberg", .jitter = 0.2}));
+}
+
 TEST(Kin, GrowsEachOfSeveralDrawnTrees)
 {
     Archetype archetype = samples::thesis();

@@ -195,6 +195,45 @@ TEST(Grow, TakesTheAttemptItIsTold)
     }
 }
 
+TEST(Grow, AnEditLeavesWhatDoesNotUseItWhereTheAttemptIsPinned)
+{
+    const Species species = inferred(samples::thesis());
+    const Grower grower = Grower::make(species).value();
+    GrowScratch scratch;
+    const auto untouched = [](const Skeleton& skeleton, std::uint32_t edited) {
+        std::vector<std::uint8_t> uses; // of each instance: it or one that carries it is of the edited rule
+        for (const SkeletonInstance& record : skeleton.instanceRecords)
+            uses.push_back(record.production == edited || (record.parent != kNoSegment && uses[record.parent] != 0));
+        std::vector<std::pair<Vec3, Vec3>> segments;
+        for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+            if (uses[skeleton.instances[i]] == 0)
+                segments.emplace_back(skeleton.starts[i], skeleton.ends[i]);
+        return segments;
+    };
+    std::uint32_t compared = 0;
+    for (std::uint32_t rule = 0; rule < species.grammar.productions.size(); ++rule)
+    {
+        if (species.grammar.productions[rule].table.empty())
+            continue;
+        Species edited = species;
+        Grammar& grammar = edited.grammar;
+        Production& production = grammar.productions[rule];
+        grammar.append(production.successor, grammar.symbols.intern("F")); // its branch ends otherwise
+        const Grower other = Grower::make(edited).value();
+        for (std::uint64_t seed = 1; seed <= 10; ++seed)
+        {
+            GrowOptions pinned;
+            pinned.attempt = grower.acceptedAttempt(Seed{seed}, {}, scratch).value();
+            const Skeleton before = grown(grower, Seed{seed}, pinned, scratch);
+            const Skeleton after = grown(other, Seed{seed}, pinned, scratch);
+            const auto kept = untouched(before, rule);
+            EXPECT_EQ(kept, untouched(after, rule)) << "rule " << rule << ", seed " << seed;
+            compared += !kept.empty() && before.size() != after.size() ? 1 : 0;
+        }
+    }
+    EXPECT_GT(compared, 20u) << "edits that some trees use";
+}
+
 TEST(Grow, CountsWhatItWouldDraw)
 {
     const Grower grower = Grower::make(bushy()).value();
