@@ -98,11 +98,13 @@ std::map<std::string, std::vector<RuleLimb>> limbsOf(const Grammar& grammar, con
             continue;
         }
         const auto table = std::ranges::find(tables, production.table, &TransformTable::name);
-        for (std::uint32_t i = 0; i < origins[r].limbs; ++i)
+        // Each has a row of its own; a file that somebody wrote may say anything.
+        const std::size_t rows = table == tables.end() ? 0 : table->rows.size();
+        for (std::uint32_t i = 0; i < std::min<std::size_t>(origins[r].limbs, rows); ++i)
         {
             const auto row = drawnRow(grammar, production, number + i);
-            if (table == tables.end() || !row || *row >= table->rows.size())
-                break; // no run of ours: somebody wrote the file
+            if (!row || *row >= rows)
+                break;
             limbsOfClass.push_back(
                 {r, number + i, limbIdentity(origins[r].limb, table->rows[*row][0], table->rows[*row][2]), false});
         }
@@ -727,6 +729,9 @@ private:
     {
         const Production& base = base_.productions[r];
         const std::string& symbol = base_.symbols.name(base.predecessor);
+        const bool isLocked = r < before_.rules.size() && before_.rules[r].locked;
+        if (e != kNoRule && !isLocked && keyOf(base_, base) == keyOf(ours_, ours_.productions[e]))
+            return;
         // An edit of what several limbs look like is one of all of them, should they have rules of their own now.
         const std::set<std::uint32_t> now = identities_.rulesNow(symbol, r);
         if (e == kNoRule) // removed; and what is gone needs no removing
@@ -735,10 +740,7 @@ private:
                 rules_[t].removed = true;
             return;
         }
-        const bool isLocked = r < before_.rules.size() && before_.rules[r].locked;
         const Production& ours = ours_.productions[e];
-        if (!isLocked && keyOf(base_, base) == keyOf(ours_, ours))
-            return;
         const auto conflict = [&](std::string reason) {
             conflicts.push_back({printProduction(base_, base), printProduction(ours_, ours), std::move(reason)});
         };

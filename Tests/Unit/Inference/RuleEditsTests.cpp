@@ -179,6 +179,16 @@ TEST(RuleEdits, SurviveInRulesThatLimbsShare)
     EXPECT_EQ(carried.locks, 1u);
 }
 
+TEST(RuleEdits, OfAFileThatClaimsBillionsOfLimbsTakeNoMemory)
+{
+    Species species = inferred(samples::thesis());
+    for (RuleOrigin& rule : species.rules)
+        rule.limbs = 0xffffffffu;
+    edit(species, kWeight, "2*(" + kWeight + ")");
+    const CarriedEdits carried = again(species, samples::thesis());
+    EXPECT_EQ(carried.edits + carried.conflicts.size(), 1u);
+}
+
 TEST(RuleEdits, KeepDirectionsThatWereTurned)
 {
     const std::string trunk = "VII -> F(s)[-(b)F(s)III(0, 20)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20) : ~ VII(0)";
