@@ -71,6 +71,11 @@ std::optional<Species> formerSpecies(const InferOptions& options)
               {},
               advice,
               {options.output, 0, 0}});
+    const Provenance& p = former->provenance;
+    if ((!p.weights.empty() && options.weights.empty()) || (!p.spatial.empty() && options.spatial.empty()) ||
+        (p.jitter != kUsualJitter && options.jitter == kUsualJitter))
+        std::cerr << options.output
+                  << ": was inferred with --weights, --spatial or --jitter; what is not said again is as usual now\n";
     if (former->provenance.grammar.empty())
         std::cerr << options.output
                   << ": written by an earlier version, which did not tell edits from what it inferred: they are "
@@ -209,8 +214,9 @@ void addInfer(CLI::App& app)
         ->capture_default_str();
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
     verb->add_option("--weights", options->weights,
-                     "kin: how often each archetype counts, 1..1000: --weights 3 1 or 3,1; default: all alike")
+                     "kin: how often each archetype counts, 1..1000, such as 3,1; default: all alike")
         ->delimiter(',')
+        ->allow_extra_args(false)
         ->check(CLI::Range(1u, 1000u));
     verb->add_option(
         "--spatial", options->spatial,

@@ -302,7 +302,7 @@ expect "a planar tree with depth" 0 '"spatial": "phyllotaxis,random"' cat spatia
 expect "compared with what it was learned from" 0 '"azimuth"' "$espalier" compare "$content/Thesis.archetype" spatial.species --seeds 1..20 --json
 expect "azimuths that are none" 2 "phyllotaxis, random or drawn" "$espalier" infer "$content/Thesis.archetype" --spatial spiral -o x.species
 expect "weights of archetypes" 0 " : 3" "$espalier" infer "$content/Thesis.archetype" "$repository/Tests/Golden/Data/Thesis.archetype" \
-    --weights 3 1 --trace
+    --weights 3,1 --trace
 expect "a weight for each archetype" 2 "a number for each of the 1 archetype" "$espalier" infer "$content/Thesis.archetype" \
     --weights 3,1 -o x.species
 expect "weight of an archetype out of range" 2 "weights" "$espalier" infer "$content/Thesis.archetype" --weights 0 -o x.species

@@ -10,7 +10,9 @@ namespace espalier {
 /// Why an inference of the preset kin found the rules it did: the levels of classes that were tried, and all that
 /// became one, with what each saves. Gains are in bits of a description of the drawn trees in which every name, number,
 /// direction and row takes the bits that tell it from all others of its kind (Rissanen, "Modeling by shortest data
-/// description", 1978); what saves nothing has a negative one.
+/// description", 1978); what saves nothing has a negative one. Which limbs share a rule is decided by them; classes are
+/// chosen for the trees that they grow, and may cost bits. Rules that exchange the occupants of anchors are not
+/// counted.
 struct Explanation
 {
     /// A coarseness of the classes, with the weight that suits it best.
@@ -22,7 +24,8 @@ struct Explanation
         double accepted = 0;             ///< Share of trial trees that fit the window.
         double equal = 0;                ///< Share of equal pairs of them.
         double score = 0;                ///< [0, 1]; the best is chosen.
-        std::vector<std::string> missed; ///< Bars of `compare` that its trees do not hold.
+        bool compared = false;           ///< Its trees were held to the bars of `compare`.
+        std::vector<std::string> missed; ///< Those that they do not hold.
         bool chosen = false;
     };
 
@@ -39,7 +42,7 @@ struct Explanation
         std::string name; ///< Bough(3), Bough(3..7), Bough.
         double gain = 0;  ///< Bits.
         std::string reason;
-        std::vector<DrawnNode> nodes; ///< Where they were drawn, the first of them.
+        std::vector<DrawnNode> nodes; ///< Where they were drawn.
     };
 
     std::vector<Level> levels; ///< From the finest; empty if both weights were given.

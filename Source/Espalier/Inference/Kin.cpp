@@ -140,6 +140,7 @@ Expected<KinShortfall> shortfallOf(const InferenceContext& context, const KinTri
     if (!comparison)
         return tl::make_unexpected(comparison.error());
     KinShortfall shortfall;
+    shortfall.compared = true;
     for (const Bar& bar : barsOf(*comparison))
     {
         const double low = std::isfinite(bar.low) ? (bar.low - bar.value) / bar.low : 0;
@@ -205,7 +206,7 @@ Expected<void> classKin(InferenceContext& context)
     runAlikeLimbs(context.limbs, context.classes);
     for (KinTrial& level : tried)
         context.levels.push_back({describe(level.classes.level), level.classes.weight, level.difference, level.accepted,
-                                  level.equal, level.score, std::move(level.bars),
+                                  level.equal, level.score, level.compared, std::move(level.bars),
                                   level.classes.level == context.classes.level});
     Species& species = context.species;
     context.window = std::move(chosen.window);

@@ -37,6 +37,10 @@ public:
         for (const std::vector<std::uint32_t>& kin : classes_.kin)
             pieces.push_back(limbs_.limbs[kin[0]].piece);
         names_ = kinNames(library_, pieces).classes;
+        mentions_.resize(classes_.kin.size());
+        for (const LimbUse& use : limbs_.children)
+            if (use.limb != kNoInstance)
+                ++mentions_[classes_.classOf[use.limb]];
         const std::vector<DrawnNode> nodes = drawnNodesOf(context.exemplars);
         for (std::size_t i = 0; i < nodes.size(); ++i)
             nodesOf_[limbs_.limbOf[i]].push_back(nodes[i]);
@@ -61,7 +65,7 @@ public:
             return std::tuple(a.kind, -a.gain) < std::tuple(b.kind, -b.gain);
         });
         for (std::uint32_t limb = 0; limb < limbs_.limbs.size(); ++limb)
-            explanation.drawnBits += limbs_.limbs[limb].drawn * bitsOf(limb);
+            explanation.drawnBits += limbs_.limbs[limb].drawn * ownBits(limb);
         explanation.ruleBits = explanation.drawnBits;
         for (const Explanation::Merge& merge : explanation.merges)
             explanation.ruleBits -= merge.gain;
@@ -69,9 +73,9 @@ public:
 
 private:
     /// Of one limb by itself, told from all others without classes.
-    [[nodiscard]] double bitsOf(std::uint32_t limb) const
+    [[nodiscard]] double ownBits(std::uint32_t limb) const
     {
-        const double name = std::log2(static_cast<double>(limbs_.limbs.size()));
+        const double name = bitsOf(static_cast<double>(limbs_.limbs.size()));
         double bits = name;
         for (std::size_t a = 0; a < library_.templates[limbs_.limbs[limb].piece].anchors.size(); ++a)
         {
@@ -88,7 +92,7 @@ private:
         const std::uint32_t times = limbs_.limbs[limb].drawn;
         if (times < 2)
             return;
-        explanation.merges.push_back({Explanation::Kind::Equal, numbered(c, number, 1), (times - 1) * bitsOf(limb),
+        explanation.merges.push_back({Explanation::Kind::Equal, numbered(c, number, 1), (times - 1) * ownBits(limb),
                                       "drawn " + count(times, "time") + ", with all it carries equal to the bit",
                                       nodesOf_[limb]});
     }
@@ -116,17 +120,15 @@ private:
     {
         const std::vector<std::uint32_t>& kin = classes_.kin[c];
         const auto size = static_cast<double>(kin.size());
-        double mentions = size; // at the head of their own rules
-        for (const LimbUse& use : limbs_.children)
-            mentions += use.limb != kNoInstance && classes_.classOf[use.limb] == c ? 1 : 0;
-        const double saved = std::log2(static_cast<double>(limbs_.limbs.size())) - lengths_.classes - std::log2(size);
+        const double mentions = size + mentions_[c]; // at the head of their own rules too
+        const double saved = bitsOf(static_cast<double>(limbs_.limbs.size())) - lengths_.classes - bitsOf(size);
         double choice = 0;
         std::size_t drawn = 0;
         for (const std::uint32_t limb : kin)
         {
             drawn += limbs_.limbs[limb].drawn;
             const double share = static_cast<double>(limbs_.limbs[limb].count) / classes_.occurrences[c];
-            choice -= share * std::log2(share);
+            choice += share * bitsOf(1 / share);
         }
         const auto [small, large] =
             std::ranges::minmax(kin, {}, [&](std::uint32_t limb) { return limbs_.limbs[limb].segments; });
@@ -175,13 +177,15 @@ private:
     DescriptionLength lengths_;
     std::vector<std::vector<DrawnNode>> nodesOf_; ///< Of each limb.
     std::vector<std::string> names_;              ///< Of each class.
+    std::vector<double> mentions_;                ///< Likewise: places where its limbs hang.
 };
 
 std::string fixed(double value, int digits)
 {
     char text[64];
     std::snprintf(text, sizeof text, "%.*f", digits, value);
-    return text;
+    const bool isZero = std::string_view(text).find_first_not_of("-0.") == std::string_view::npos;
+    return text[0] == '-' && isZero ? text + 1 : text;
 }
 
 /// Padded in front.
@@ -207,6 +211,8 @@ void printLevels(std::string& out, const std::vector<Explanation::Level>& levels
         out += left(level.name, width) + right(fixed(level.weight, 2), 6) + right(fixed(level.difference, 3), 8) +
                right(fixed(100 * level.accepted, 0) + " %", 8) + right(fixed(100 * level.equal, 3) + " %", 9) +
                right(fixed(level.score, 2), 7) + (level.chosen ? "  chosen" : "");
+        if (!level.compared)
+            out += "  not compared";
         for (std::size_t i = 0; i < level.missed.size(); ++i)
             out += (i == 0 ? "  misses: " : "; ") + level.missed[i];
         out += '\n';
@@ -232,6 +238,7 @@ std::string printExplanation(const Explanation& explanation)
     std::size_t width = 4;
     for (const Explanation::Merge& merge : explanation.merges)
         width = std::max(width, merge.name.size());
+    out += "What becomes one by being equal or alike shortens the description; a class is the price of relatives.\n";
     out += "gain, bits  " + left("what", width) + "  why\n";
     constexpr std::size_t kMostNodes = 8;
     for (const Explanation::Merge& merge : explanation.merges)

@@ -320,7 +320,9 @@ private:
         const std::vector<std::uint32_t>& kin = classes_.kin[c];
         const std::uint32_t piece = limbs_.limbs[kin[0]].piece;
         const Template& shape = library_.templates[piece];
-        const bool exchangesAnchors = classes_.level.anchors && kin.size() > 1;
+        std::vector<bool> exchanges(shape.anchors.size(), false); // of each anchor: its occupants are exchanged
+        for (std::uint32_t a = 0; classes_.level.anchors && kin.size() > 1 && a < shape.anchors.size(); ++a)
+            exchanges[a] = everOccupied(kin, a);
         forEachRun(classes_, c, [&](std::uint32_t first, std::uint32_t length) {
             const Run run{c, first, length};
             const std::uint32_t limb = firstLimb(run);
@@ -328,7 +330,7 @@ private:
             for (std::uint32_t a = 0; a < shape.anchors.size(); ++a)
             {
                 const LimbUse& child = occupant(limb, a);
-                if (exchangesAnchors && everOccupied(kin, a))
+                if (exchanges[a])
                     children.push_back(indexed(anchorName(c, a), limb));
                 else
                     children.push_back(child.limb == kNoInstance ? Module{kOpenAnchor, 0, 0} : moduleOf(child));
@@ -342,8 +344,8 @@ private:
             production.row = rowOf(run);
             add(std::move(production), {limb, KinRule::kWhole, first, length});
         });
-        for (std::uint32_t a = 0; exchangesAnchors && a < shape.anchors.size(); ++a)
-            if (everOccupied(kin, a))
+        for (std::uint32_t a = 0; a < shape.anchors.size(); ++a)
+            if (exchanges[a])
                 anchorProductions(c, a);
     }
 

@@ -1,5 +1,6 @@
 #include <Espalier/Inference/KinTrial.h>
 
+#include <Espalier/Core/DeterministicMath.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -48,7 +49,8 @@ double medianOf(std::vector<double> values)
 double scoreOf(const auto& trial, double mostEqual)
 {
     // A pair that is equal ten times as often as it may be is as bad as half the difference.
-    const double distinct = std::clamp(1 - 0.3 * std::log10(std::max(trial.equal, 1e-9) / mostEqual), 0.01, 1.0);
+    const double distinct =
+        std::clamp(1 - 0.3 / math::log(10) * math::log(std::max(trial.equal, 1e-9) / mostEqual), 0.01, 1.0);
     return std::min(1.0, trial.difference / kLeastDifference) * std::min(1.0, trial.accepted / kLeastAccepted) *
            distinct;
 }
@@ -278,8 +280,14 @@ public:
     [[nodiscard]] KinTrial trialOf(Outcome outcome) &&
     {
         classes_.weight = outcome.weight;
-        return {
-            std::move(classes_), std::move(outcome.window), outcome.accepted, outcome.equal, outcome.difference, 0, {}};
+        return {std::move(classes_),
+                std::move(outcome.window),
+                outcome.accepted,
+                outcome.equal,
+                outcome.difference,
+                0,
+                false,
+                {}};
     }
 
 private:
@@ -379,6 +387,7 @@ Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall, std::vect
             if (!missed)
                 return tl::make_unexpected(missed.error());
             score /= 1 + missed->missed;
+            trial->compared = missed->compared;
             trial->bars = std::move(missed->bars);
         }
         tried.push_back(*trial);

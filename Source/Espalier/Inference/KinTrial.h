@@ -20,6 +20,7 @@ inline constexpr std::uint32_t kMostCopies = 32;
 struct KinShortfall
 {
     double missed = 0;             ///< 0: nothing.
+    bool compared = false;         ///< Trees were grown to tell.
     std::vector<std::string> bars; ///< What they miss.
 };
 
@@ -36,7 +37,8 @@ struct KinTrial
     /// estimate, held to exact distances where there is time for some.
     double difference = 0;
     double score = 0;              ///< How near all this comes to what is wanted, [0, 1].
-    std::vector<std::string> bars; ///< What its trees miss beyond that.
+    bool compared = false;         ///< Its shortfall was asked for:
+    std::vector<std::string> bars; ///< what its trees miss beyond that.
 };
 
 /// Grows trees of choices of classes and weight, from seeds of its own, and says what they come to.

@@ -202,12 +202,12 @@ bool isBare(const LimbTable& limbs, const std::vector<std::uint32_t>& kin)
     });
 }
 
+} // namespace
+
 double bitsOf(double choices)
 {
     return math::log(choices) / math::log(2);
 }
-
-} // namespace
 
 DescriptionLength DescriptionLength::of(const LimbTable& limbs, const KinClasses& classes)
 {

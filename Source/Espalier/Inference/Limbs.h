@@ -90,6 +90,9 @@ struct KinClasses
 /// `totalSegments`: size of a whole drawn tree.
 [[nodiscard]] KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalSegments);
 
+/// What it takes to tell one of so many from the others.
+[[nodiscard]] double bitsOf(double choices);
+
 /// What a description of limbs in rules takes, in bits: each name as if all names of its kind were equally likely.
 struct DescriptionLength
 {

@@ -39,7 +39,16 @@ struct ClassLayout
     [[nodiscard]] static ClassLayout of(const std::vector<std::string>& parameters)
     {
         const auto has = [&](const char* name) { return std::ranges::find(parameters, name) != parameters.end(); };
-        return {has("i"), has("turn"), has("roll")};
+        const ClassLayout layout{has("i"), has("turn"), has("roll")};
+        return layout.names() == parameters ? layout : ClassLayout{}; // in any other order they are somebody's own
+    }
+    [[nodiscard]] std::vector<std::string> names() const
+    {
+        std::vector<std::string> names;
+        for (const auto& [present, name] : {std::pair(index, "i"), std::pair(turn, "turn"), std::pair(roll, "roll")})
+            if (present)
+                names.emplace_back(name);
+        return names;
     }
     [[nodiscard]] std::uint32_t size() const { return std::uint32_t{index} + turn + roll; }
 
@@ -73,9 +82,10 @@ std::optional<std::size_t> drawnRow(const Grammar& grammar, const Production& pr
     if (production.row == kNoExpression)
         return {};
     std::vector<double> constants(grammar.constants.size(), 0.0); // w is 0, and there are no others
-    const double parameters[] = {static_cast<double>(number), 0, 0};
+    std::vector<double> parameters(std::max<std::size_t>(1, production.parameters.size()));
+    parameters[0] = number;
     ExpressionScope scope;
-    scope.parameters = parameters;
+    scope.parameters = parameters.data();
     scope.constants = constants.data();
     const double row = evaluate(grammar.expressions, production.row, scope);
     return row >= 0 && row < 4e9 && !scope.failed ? std::optional(static_cast<std::size_t>(row)) : std::nullopt;
@@ -190,10 +200,11 @@ public:
     [[nodiscard]] std::set<std::uint32_t> rulesNow(const std::string& symbol, std::uint32_t rule) const
     {
         std::set<std::uint32_t> rules;
-        for (const RuleLimb& limb : former_.at(symbol))
-            if (limb.rule == rule)
-                if (const auto now = find(limb))
-                    rules.insert(newLimbs_[*now].second);
+        const std::vector<RuleLimb>& limbs = former_.at(symbol); // their rules stand in order
+        for (auto limb = std::ranges::lower_bound(limbs, rule, {}, &RuleLimb::rule);
+             limb != limbs.end() && limb->rule == rule; ++limb)
+            if (const auto now = find(*limb))
+                rules.insert(newLimbs_[*now].second);
         return rules;
     }
 
@@ -479,13 +490,29 @@ std::vector<double> constantsWith(const Grammar& grammar, double w)
     return values;
 }
 
+/// Of an expression that knows no parameter but the first.
 double valueAt(const Grammar& grammar, ExpressionId id, double i, const std::vector<double>& constants)
 {
-    const double parameters[] = {i, 0, 0}; // as many as a class of limbs ever has
     ExpressionScope scope;
-    scope.parameters = parameters;
+    scope.parameters = &i;
     scope.constants = constants.data();
     return evaluate(grammar.expressions, id, scope);
+}
+
+/// Whether an expression is the same wherever `meant` (its key) is, that is whether the limb or another was drawn: it
+/// asks for nothing else, and draws nothing.
+bool dependsOnlyOn(const Grammar& grammar, ExpressionId id, const std::string& meant)
+{
+    using enum ExpressionOp;
+    if (id == kNoExpression || keyOf(grammar, id) == meant)
+        return true;
+    const ExpressionNode& node = grammar.expressions[id];
+    if (node.op == Number || node.op == Constant)
+        return true;
+    if (node.op < Negate || node.op == Rand || node.op == Normal) // parameters, transforms, the step; chance
+        return false;
+    return dependsOnlyOn(grammar, node.first, meant) && dependsOnlyOn(grammar, node.second, meant) &&
+           dependsOnlyOn(grammar, node.third, meant);
 }
 
 /// The factors, if the edited weight is a sum of multiples of the inferred one's two shares, however it is written:
@@ -495,6 +522,10 @@ std::optional<WeightFactors> weightFactors(const Grammar& base, const KinWeight&
 {
     constexpr double kOther = -1;
     constexpr double kTolerance = 1e-9;
+    const std::string meant = keyOf(base, base.expressions[inferred.drawn].first);
+    if (!dependsOnlyOn(base, inferred.drawn, meant) || !dependsOnlyOn(base, inferred.kin, meant) ||
+        !dependsOnlyOn(ours, edited, meant))
+        return {};
     std::optional<WeightFactors> factors;
     for (const double w : {0.25, 0.5, 0.8125})
     {
@@ -734,17 +765,12 @@ private:
             return;
         // An edit of what several limbs look like is one of all of them, should they have rules of their own now.
         const std::set<std::uint32_t> now = identities_.rulesNow(symbol, r);
-        if (e == kNoRule) // removed; and what is gone needs no removing
-        {
-            for (const std::uint32_t t : now)
-                rules_[t].removed = true;
-            return;
-        }
-        const Production& ours = ours_.productions[e];
         const auto conflict = [&](std::string reason) {
-            conflicts.push_back({printProduction(base_, base), printProduction(ours_, ours), std::move(reason)});
+            conflicts.push_back({printProduction(base_, base),
+                                 e == kNoRule ? std::string() : printProduction(ours_, ours_.productions[e]),
+                                 std::move(reason)});
         };
-        if (now.empty())
+        if (now.empty() && e != kNoRule) // what is gone needs no removing
             conflict(std::string(kGone) + (isLocked ? "; it was locked" : ""));
         for (const std::uint32_t t : now)
         {
@@ -752,8 +778,10 @@ private:
             const bool isAlone = t >= inferred_.rules.size() || inferred_.rules[t].limbs == 1;
             if ((wasAlone && !isAlone) || rules_[t].edited)
                 conflict("its limb shares a rule with others now");
+            else if (e == kNoRule)
+                rules_[t].removed = true;
             else
-                mergeRule(base, ours, isLocked, t);
+                mergeRule(base, ours_.productions[e], isLocked, t);
         }
     }
 
@@ -781,9 +809,18 @@ private:
                   [&] { merged.weight = weight(base, ours, theirs, merged.weight, change, isLocked); });
         const bool isNumbered = ours.row == kNoExpression || ours_.expressions[ours.row].op == ExpressionOp::Number;
         if (baseKey.draw != ourKey.draw || (isLocked && isNumbered))
-            carry(baseText, ourText, [&] { drawFrom(ours, merged); });
-        if (baseKey.head != ourKey.head)
-            conflicts.push_back({baseText, ourText, "its left side was rewritten"});
+            carry(baseText, ourText, [&] {
+                try
+                {
+                    drawFrom(ours, merged);
+                }
+                catch (const Uncarried&)
+                {
+                    if (baseKey.draw != ourKey.draw)
+                        throw;
+                    throw Uncarried{"it is locked, but its transform was drawn anew"};
+                }
+            });
         if (merged.parameters.size() == ours.parameters.size())
             merged.parameters = ours.parameters; // whatever people call them
         rules_[t].edited = std::move(merged);
@@ -902,14 +939,7 @@ private:
     /// The parameters of a class, by the names that people gave them.
     static std::vector<std::string> parametersNow(const std::vector<std::string>& ours, const ParameterChange& change)
     {
-        std::vector<std::string> names;
-        const auto name = [&](bool isNow, const char* usual) {
-            if (isNow)
-                names.emplace_back(usual);
-        };
-        name(change.now.index, "i");
-        name(change.now.turn, "turn");
-        name(change.now.roll, "roll");
+        std::vector<std::string> names = change.now.names();
         for (std::uint32_t i = 0; i < ours.size(); ++i)
             if (const auto position = change.former.positionIn(change.now, i))
                 names[*position] = ours[i];
@@ -1015,7 +1045,9 @@ CarriedEdits carryEdits(const Species& before, Species& inferred, const GrowOpti
             for (const std::string_view line : linesOf(mergedText))
                 if (!known.contains(line) && !line.starts_with("symbols:"))
                     carried.conflicts.push_back({"", std::string(line), reason});
-            merged = inferred;
+            merged = inferred; // a lock holds what is inferred now
+            for (std::size_t t = 0; t < merged.rules.size(); ++t)
+                merged.rules[t].locked = merge.locked[t];
         }
         inferred = std::move(merged);
     }

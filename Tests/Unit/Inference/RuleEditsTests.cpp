@@ -189,6 +189,68 @@ TEST(RuleEdits, OfAFileThatClaimsBillionsOfLimbsTakeNoMemory)
     EXPECT_EQ(carried.edits + carried.conflicts.size(), 1u);
 }
 
+TEST(RuleEdits, OfWeightsThatAskForMoreThanTheLimbStayAsTheyAre)
+{
+    for (const std::string& weight :
+         {std::string("(i>=2)*(1-w)+w/4"), std::string("(i==2)*(1-w)*(turn>=0)+w/4"),
+          std::string("(i==2)*(1-w)+(i!=3)*w/4"), std::string("rand(0, 3)*(i==2)*(1-w)+w/4")})
+    {
+        Species species = inferred(samples::thesis());
+        edit(species, kWeight + kDraw, weight + kDraw);
+        const CarriedEdits carried = again(species, samples::thesis());
+        EXPECT_TRUE(carried.conflicts.empty()) << weight;
+        EXPECT_EQ(carried.edits, 1u) << weight;
+        EXPECT_TRUE(has(species, kRule + weight + kDraw)) << weight << '\n' << printWithOrigins(species);
+    }
+}
+
+TEST(RuleEdits, OfOneLimbDoNotReachOthersThatShareItsRule)
+{
+    // B carries a tip and has a rule of its own, which is removed; without the tip it shares one with its neighbours.
+    const std::string library = "stem: F[-FA]F[-FB]F[-FC]F\nshoot: F[+FX]F\ntip: F";
+    const std::string tree = R"({"template":"stem","children":{"A":{"template":"shoot","scaling":0.5},
+        "B":{"template":"shoot","scaling":0.75@},"C":{"template":"shoot","scaling":1.25}}})";
+    const auto drawn = [&](const std::string& tip) {
+        std::string text = tree;
+        return samples::read(library, text.replace(text.find('@'), 1, tip));
+    };
+    Species species = inferred(drawn(R"(,"children":{"X":{"template":"tip"}})"));
+    std::string text = printWithOrigins(species);
+    const std::size_t line = text.find("Shoot(i) -> F(s)[+(b)F(s)Tip]");
+    ASSERT_NE(line, std::string::npos) << text;
+    text.erase(line, text.find('\n', line) + 1 - line);
+    setGrammar(species, parseGrammar(text, "edited", {}).value());
+    ASSERT_EQ(summarizeEdits(species).removed, 1u);
+    const CarriedEdits carried = again(species, drawn(""));
+    EXPECT_EQ(summarizeEdits(species).removed, 0u) << printWithOrigins(species);
+    (void)carried;
+}
+
+TEST(RuleEdits, KeepLocksWhenTheEditsWouldNotGrow)
+{
+    Species species = inferred(samples::thesis());
+    EXPECT_EQ(lockRules(species, "IV", true).value(), 4u);
+    edit(species, kWeight + kDraw, "w-0.4" + kDraw);
+    const CarriedEdits carried = again(species, samples::thesis(), 0.2);
+    EXPECT_FALSE(carried.conflicts.empty());
+    EXPECT_EQ(carried.locks, 4u);
+}
+
+TEST(RuleEdits, OfFilesWithOddRulesAreSafe)
+{
+    // An inferred grammar that nobody inferred: more parameters than limbs have, in another order, and rows beyond.
+    Species species = inferred(samples::thesis());
+    species.inferred =
+        parseGrammar("symbols: III\naxiom: III(0, 1, 2, 3)\nIII(i, a, c, d) -> F(s) : (i==0)*(1-w)+w/4 : ~ "
+                     "III(d*0)\nIII(turn, i) -> F : i : ~ III(9)\nlet w = 0.5",
+                     "odd", {})
+            .value_or(species.grammar);
+    species.rules.assign(2, RuleOrigin{1, 2, 3, 2, {}, true});
+    Species anew = inferred(samples::thesis());
+    (void)carryEdits(species, anew);
+    EXPECT_TRUE(grow(anew, Seed{1}));
+}
+
 TEST(RuleEdits, KeepDirectionsThatWereTurned)
 {
     const std::string trunk = "VII -> F(s)[-(b)F(s)III(0, 20)][F(s)VI(0, 20)]+(b)F(s)VI(1, -20) : ~ VII(0)";
