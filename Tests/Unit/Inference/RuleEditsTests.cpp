@@ -240,11 +240,12 @@ TEST(RuleEdits, OfFilesWithOddRulesAreSafe)
 {
     // An inferred grammar that nobody inferred: more parameters than limbs have, in another order, and rows beyond.
     Species species = inferred(samples::thesis());
-    species.inferred =
-        parseGrammar("symbols: III\naxiom: III(0, 1, 2, 3)\nIII(i, a, c, d) -> F(s) : (i==0)*(1-w)+w/4 : ~ "
-                     "III(d*0)\nIII(turn, i) -> F : i : ~ III(9)\nlet w = 0.5",
-                     "odd", {})
-            .value_or(species.grammar);
+    const auto odd = parseGrammar("symbols: III\nlet w = 0.5\naxiom: III(0, 1, 2, 3)\n"
+                                  "III(i, a, c, d) -> F(s) : (i==0)*(1-w)+w/4 : ~ III(d*0)\n"
+                                  "III(turn, i) -> F : i : ~ III(9)",
+                                  "odd", {});
+    ASSERT_TRUE(odd) << toString(odd.error());
+    species.inferred = *odd;
     species.rules.assign(2, RuleOrigin{1, 2, 3, 2, {}, true});
     Species anew = inferred(samples::thesis());
     (void)carryEdits(species, anew);
