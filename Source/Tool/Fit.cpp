@@ -16,7 +16,7 @@ struct FitCommand
 {
     std::string skeleton;
     std::string output;
-    std::uint32_t templates = FitSettings{}.templates;
+    std::optional<std::uint32_t> templates;
     std::optional<double> tolerance;
     double scale = 1;
     std::string up = "y";
@@ -114,9 +114,9 @@ void addFit(CLI::App& app)
     verb->add_option("-o,--output", command->output, "A.archetype; its library A.templates is written beside it")
         ->required();
     verb->add_option("--templates", command->templates,
-                     "At most so many templates, 1..1024; more give bent pieces that recur one of their own")
-        ->check(CLI::Range(1u, 1024u))
-        ->capture_default_str();
+                     "At most so many templates, 1..1024: bent branches are then chains of straight pieces, unless they "
+                     "recur; default: one for each shape that a branch has between two forks")
+        ->check(CLI::Range(1u, 1024u));
     verb->add_option("--tolerance", command->tolerance,
                      "Metres that the archetype may lie from the skeleton; 0 keeps every point; default: 2 % of the "
                      "mean length between branch points, or less")

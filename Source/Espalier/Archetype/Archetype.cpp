@@ -35,6 +35,7 @@ Limits authoringLimits()
     limits.jsonValues = 16u << 20;   // a gigabyte; seven stand for an instance
     limits.grammarParts = 32u << 20; // a gigabyte; thirty stand for a rule
     limits.generations = 64u << 10;
+    limits.templates = 64u << 10; // a fitted tree has one for each shape that a branch of it has
     limits.nodes = limits.inferredNodes;
     return limits;
 }

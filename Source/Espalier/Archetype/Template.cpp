@@ -6,12 +6,33 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <map>
+#include <utility>
 
 namespace espalier {
 
 std::size_t TemplateLibrary::find(std::string_view name) const noexcept
 {
     return static_cast<std::size_t>(std::ranges::find(templates, name, &Template::name) - templates.begin());
+}
+
+std::vector<std::uint32_t> kindsOf(const TemplateLibrary& library)
+{
+    const auto stemOf = [](std::string_view name) {
+        constexpr std::string_view kBent = "_bent";
+        const std::size_t digits = name.find_last_not_of("0123456789") + 1;
+        const std::string_view before = name.substr(0, digits);
+        const bool isVariant = digits < name.size() && before.size() > kBent.size() && before.ends_with(kBent);
+        return isVariant ? before.substr(0, before.size() - kBent.size()) : name;
+    };
+    std::map<std::pair<std::string_view, std::string_view>, std::uint32_t> firsts;
+    std::vector<std::uint32_t> kinds;
+    for (std::uint32_t i = 0; i < library.templates.size(); ++i)
+    {
+        const Template& piece = library.templates[i];
+        kinds.push_back(firsts.try_emplace({stemOf(piece.name), piece.anchors}, i).first->second);
+    }
+    return kinds;
 }
 
 std::string romanNumeral(std::uint32_t number)

@@ -45,6 +45,11 @@ struct TemplateLibrary
     friend bool operator==(const TemplateLibrary&, const TemplateLibrary&) = default;
 };
 
+/// Of each template the first of its kind. `bough_bent1`, `bough_bent2`, ... are of the kind of `bough`, drawn along
+/// other lines, if they have its anchors in its order; every other template is a kind of its own. Templates of a kind
+/// are one piece: a tree in which one stands for the other has the same branches, bent otherwise.
+[[nodiscard]] std::vector<std::uint32_t> kindsOf(const TemplateLibrary& library);
+
 /// Reads the text of a `.templates` file: one template a line, `name: word` or a bare word, which is then
 /// named I, II, III, ... by its place. A word holds turtle symbols, with or without a number in parentheses, and
 /// anchors. Errors give line and column.

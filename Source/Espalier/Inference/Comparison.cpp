@@ -75,7 +75,7 @@ double wassersteinOfBins(const std::vector<double>& a, const std::vector<double>
     return area;
 }
 
-/// How often each template hangs at each place of each other.
+/// How often each kind of template hangs at each place of each other.
 using AnchorCounts = std::map<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>, double>;
 
 void countAnchors(const InstanceTree& tree, AnchorCounts& counts)
@@ -175,10 +175,13 @@ Expected<std::vector<Exemplar>> drawExemplars(const Archetype& archetype, const 
 {
     const AnchorTable anchors = anchorsOf(archetype);
     const ArchetypeDrawer drawer(archetype);
+    const std::vector<std::uint32_t> kinds = kindsOf(archetype.library);
     std::vector<Exemplar> exemplars(drawer.trees());
     for (std::size_t i = 0; i < exemplars.size(); ++i)
     {
         exemplars[i].tree = instanceTreeOf(archetype, anchors, i);
+        for (std::uint32_t& label : exemplars[i].tree.shape.labels)
+            label = kinds[label];
         if (auto done = drawer.draw(i, {}, exemplars[i].skeleton); !done)
             return tl::make_unexpected(done.error());
         completeAxes(exemplars[i].skeleton, pipes);
@@ -186,12 +189,14 @@ Expected<std::vector<Exemplar>> drawExemplars(const Archetype& archetype, const 
     return exemplars;
 }
 
-/// The template of each production: its index in the library, or a number of its own if the library does not know it.
+/// The kind of template of each production (kindsOf): the index of its first in the library, or a number of its own if
+/// the library does not know it.
 std::vector<std::uint32_t> labelsOf(const Species& species, const TemplateLibrary& library)
 {
+    const std::vector<std::uint32_t> kinds = kindsOf(library);
     std::map<std::string, std::uint32_t> labels;
     for (std::uint32_t i = 0; i < library.templates.size(); ++i)
-        labels.emplace(library.templates[i].name, i);
+        labels.emplace(library.templates[i].name, kinds[i]);
     std::vector<std::uint32_t> result;
     for (const Production& production : species.grammar.productions)
         result.push_back(labels.emplace(production.table, static_cast<std::uint32_t>(labels.size())).first->second);

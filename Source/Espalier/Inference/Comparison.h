@@ -28,8 +28,8 @@ struct MeanComparison
 };
 
 /// Similarity and diversity: what the trees of a species have in common with those that it was inferred from, and with
-/// each other. Nodes are template instances, labelled by their template. Where several trees were drawn, their
-/// distributions are pooled, their values averaged, and what compares tree with tree takes the nearest.
+/// each other. Nodes are template instances, labelled by the kind of their template (kindsOf). Where several trees were
+/// drawn, their distributions are pooled, their values averaged, and what compares tree with tree takes the nearest.
 struct Comparison
 {
     std::uint32_t seeds = 0;

@@ -20,9 +20,9 @@ struct FitSettings
     std::optional<double> tolerance{};
 
     /// At most so many templates, [1, 1024], apart from the joints at a base with several branches and at points with
-    /// more than 24. More give bent pieces that recur a template of their own; fewer let one with an anchor more stand
-    /// in.
-    std::uint32_t templates = 24;
+    /// more than 24; then only bent pieces that recur have templates of their own, others are chains of straight ones,
+    /// and where still fewer are wanted one with an anchor more stands in. Default: as many as there are shapes.
+    std::optional<std::uint32_t> templates{};
 
     std::string libraryName = "fitted.templates"; ///< Archetype::libraryName.
 };
@@ -54,14 +54,16 @@ struct FittedArchetype
 /// last anchor, Z; the others stand in brackets before it, A, B, C, ... by what they carry. So brackets nest no deeper
 /// than log2 of the number of branches. Between branch points lie internodes. Points that are needed for half the
 /// tolerance are kept (Douglas-Peucker, in runs of at most 1024 points); straight pieces become instances of F with as
-/// many anchors as branches start at their end. Bent internodes whose shape recurs, whichever way it is turned and
-/// scaled, share a template where that is shorter than pieces; the rest becomes a chain of straight pieces.
+/// many anchors as branches start at their end. A bent internode is one instance of a template with its bends; those
+/// whose shape recurs, whichever way it is turned and scaled, share one. It is cut only where it has more than 96 bends
+/// or comes back to its start. With a tolerance of 0, or more shapes than templates, it is a chain of straight pieces.
 ///
 /// A straight piece is placed by its roll about the direction of its parent and its rotation away from it, 0 to 180
 /// degrees; in a plant that lies in an upright plane all rolls are 0 and rotations turn left or right. A bent piece
-/// has three angles: roll, rotation and, as branching angle, a pitch. Where a piece goes on straight, its roll puts its
-/// first side branch to the left. Equal branches get equal numbers, as long as what rounding leaves stays within a
-/// quarter of the tolerance; where it does not, a piece leads from where the drawing has come to back to the skeleton.
+/// has three angles: roll and rotation of its first step and, as branching angle, a turn about that. Where a piece goes
+/// on straight, its roll puts its first side branch to the left. Equal branches get equal numbers, as long as what
+/// rounding leaves stays within a quarter of the tolerance; where it does not, a piece leads from where the drawing has
+/// come to back to the skeleton.
 ///
 /// Segments that start away from their parent's end are led there by a piece. Segments without a length are left out.
 /// Each place where the skeleton begins gives a tree of its own, moved to the origin; several branches that begin in

@@ -12,9 +12,9 @@ namespace espalier {
 namespace {
 
 constexpr std::size_t kSamples = 16;     ///< Points that are compared to twist a shape; the chord's ends come on top.
-constexpr std::size_t kMostSteps = 32;   ///< Of a shape.
-constexpr std::size_t kMostPoints = 512; ///< Of an internode that may have one.
-constexpr int kMostLeaders = 48;         ///< That an internode is compared with.
+constexpr std::uint32_t kMostSteps = 96; ///< Of a shape: a word that a person still looks through.
+constexpr double kLeastChord = 0.2;      ///< Of a shape, over its length.
+constexpr int kMostLeaders = 48;         ///< That a stretch is compared with.
 
 void turnTowards(DVec3& a, DVec3& b, double degrees)
 {
@@ -64,6 +64,23 @@ std::array<DVec3, 2> acrossOf(const DVec3& along)
     return {first, glm::cross(along, first)};
 }
 
+/// Whether points at equal parts of the lengths are near. Cheap, and nearly always says at once that shapes differ.
+bool mayBeNear(const std::array<DVec3, kSamples>& onLine, const DVec3& start, const DrawnShape& shape,
+               const ShapePlacement& placement, double distance)
+{
+    const auto onShape = samples(shape.points);
+    for (std::size_t i = 0; i < kSamples; ++i)
+    {
+        const DVec3& p = onShape[i];
+        const DVec3 placed =
+            start +
+            (placement.frame.heading * p.x + placement.frame.left * p.y + placement.frame.up * p.z) * placement.scaling;
+        if (lengthOf(placed - onLine[i]) > distance)
+            return false;
+    }
+    return true;
+}
+
 } // namespace
 
 double degreesOf(double radians)
@@ -94,47 +111,36 @@ void FitFrame::rollRight(double degrees)
     turnTowards(left, up, degrees);
 }
 
-BentShape shapeOf(std::span<const DVec3> line, double scale)
+FitFrame alongFirstStep(std::span<const DVec3> line)
+{
+    const DVec3 along = (line[1] - line[0]) / lengthOf(line[1] - line[0]);
+    const auto across = acrossOf(along);
+    return {along, across[0], across[1]};
+}
+
+BentShape shapeOf(std::span<const DVec3> line, double scale, FitFrame frame)
 {
     constexpr int kDigits = 5;
     BentShape shape;
-    FitFrame frame;
     for (std::size_t i = 1; i < line.size(); ++i)
     {
         const DVec3 step = line[i] - line[i - 1];
         const double length = lengthOf(step);
-        BentShape::Step result{0, 0, significant(length * scale, kDigits)};
-        if (i == 1)
+        const double l = glm::dot(step, frame.left);
+        const double u = glm::dot(step, frame.up);
+        const double aside = std::sqrt(l * l + u * u);
+        double roll = aside > 1e-9 * length ? degreesOf(math::atan2(u, l)) : 0;
+        double turn = degreesOf(math::atan2(aside, glm::dot(step, frame.heading)));
+        if (std::abs(roll) > 90)
         {
-            frame.heading = step / length;
-            const auto across = acrossOf(frame.heading);
-            frame.left = across[0];
-            frame.up = across[1];
+            roll += roll > 0 ? -180 : 180;
+            turn = -turn;
         }
-        else
-        {
-            const double l = glm::dot(step, frame.left);
-            const double u = glm::dot(step, frame.up);
-            const double aside = std::sqrt(l * l + u * u);
-            double roll = aside > 1e-9 * length ? degreesOf(math::atan2(u, l)) : 0;
-            double turn = degreesOf(math::atan2(aside, glm::dot(step, frame.heading)));
-            const bool isFirstBend = std::ranges::all_of(shape.steps, [](const auto& s) { return s.turn == 0; });
-            if (isFirstBend && rounded(turn) != 0)
-            {
-                frame.rollRight(roll); // the plane of the first bend is that of the frame
-                roll = 0;
-            }
-            else if (std::abs(roll) > 90)
-            {
-                roll += roll > 0 ? -180 : 180;
-                turn = -turn;
-            }
-            result.roll = rounded(turn) == 0 ? 0 : rounded(roll);
-            result.turn = rounded(turn);
-            // From here on as it will be drawn, so that rounding does not add up.
-            frame.rollRight(result.roll);
-            frame.turnLeft(result.turn);
-        }
+        const BentShape::Step result{rounded(turn) == 0 ? 0 : rounded(roll), rounded(turn),
+                                     significant(length * scale, kDigits)};
+        // From here on as it will be drawn, so that rounding does not add up.
+        frame.rollRight(result.roll);
+        frame.turnLeft(result.turn);
         shape.steps.push_back(result);
     }
     return shape;
@@ -205,26 +211,71 @@ double distanceBetween(std::span<const DVec3> line, const DrawnShape& shape, con
     return most;
 }
 
-ShapeClusters clusterShapes(const FitPaths& paths, const std::vector<std::vector<std::uint32_t>>& needed,
+Stretches stretchesOf(const FitPaths& paths, const NeededPoints& needed)
+{
+    Stretches stretches;
+    std::vector<Stretch> pending;
+    for (std::uint32_t i = 0; i < paths.internodes.size(); ++i)
+    {
+        stretches.firstOf.push_back(static_cast<std::uint32_t>(stretches.all.size()));
+        pending.push_back({i, 0, static_cast<std::uint32_t>(needed[i].size() - 1)});
+        while (!pending.empty())
+        {
+            const Stretch stretch = pending.back();
+            pending.pop_back();
+            const std::vector<DVec3> kept = keptPointsOf(paths, needed, stretch);
+            double length = 0;
+            for (std::size_t p = 1; p < kept.size(); ++p)
+                length += lengthOf(kept[p] - kept[p - 1]);
+            const std::uint32_t steps = stretch.last - stretch.first;
+            if (steps == 1 || (steps <= kMostSteps && lengthOf(kept.back() - kept.front()) > kLeastChord * length))
+            {
+                stretches.all.push_back(stretch);
+                continue;
+            }
+            const std::uint32_t middle = stretch.first + steps / 2;
+            pending.push_back({i, middle, stretch.last});
+            pending.push_back({i, stretch.first, middle});
+        }
+    }
+    stretches.firstOf.push_back(static_cast<std::uint32_t>(stretches.all.size()));
+    return stretches;
+}
+
+std::span<const DVec3> pointsOf(const FitPaths& paths, const NeededPoints& needed, const Stretch& stretch)
+{
+    const std::vector<std::uint32_t>& points = needed[stretch.internode];
+    const std::uint32_t first = points[stretch.first];
+    return paths.pointsOf(paths.internodes[stretch.internode]).subspan(first, points[stretch.last] - first + 1);
+}
+
+std::vector<DVec3> keptPointsOf(const FitPaths& paths, const NeededPoints& needed, const Stretch& stretch)
+{
+    const std::span<const DVec3> points = paths.pointsOf(paths.internodes[stretch.internode]);
+    std::vector<DVec3> kept;
+    for (std::uint32_t i = stretch.first; i <= stretch.last; ++i)
+        kept.push_back(points[needed[stretch.internode][i]]);
+    return kept;
+}
+
+ShapeClusters clusterShapes(const FitPaths& paths, const NeededPoints& needed, const Stretches& stretches,
                             double tolerance)
 {
     ShapeClusters clusters;
-    clusters.shapeOf.assign(paths.internodes.size(), kNoPath);
+    clusters.shapeOf.assign(stretches.all.size(), kNoPath);
+    if (tolerance == 0)
+        return clusters;
     struct Candidate
     {
         double chord;
-        std::uint32_t internode;
+        std::uint32_t stretch;
     };
     std::vector<Candidate> candidates;
-    for (std::uint32_t i = 0; i < paths.internodes.size(); ++i)
+    for (std::uint32_t i = 0; i < stretches.all.size(); ++i)
     {
-        const Internode& internode = paths.internodes[i];
-        const std::span<const DVec3> line = paths.pointsOf(internode);
-        const double chord = lengthOf(line.back() - line.front());
-        // What nearly comes back to its start has no direction to be placed by.
-        if (needed[i].size() > 2 && needed[i].size() <= kMostSteps + 1 && line.size() <= kMostPoints &&
-            chord > 0.2 * internode.length)
-            candidates.push_back({chord, i});
+        const std::span<const DVec3> line = pointsOf(paths, needed, stretches.all[i]);
+        if (stretches.all[i].isBent())
+            candidates.push_back({lengthOf(line.back() - line.front()), i});
     }
     std::ranges::stable_sort(candidates, std::ranges::greater{}, &Candidate::chord);
 
@@ -232,29 +283,30 @@ ShapeClusters clusterShapes(const FitPaths& paths, const std::vector<std::vector
     std::vector<DrawnShape> shapes;
     for (const Candidate& candidate : candidates)
     {
-        const std::span<const DVec3> line = paths.pointsOf(paths.internodes[candidate.internode]);
-        const double sag = lengthOf(samples(line)[kSamples / 2] - line.front()) / candidate.chord;
+        const std::span<const DVec3> line = pointsOf(paths, needed, stretches.all[candidate.stretch]);
+        const auto onLine = samples(line);
+        const double sag = lengthOf(onLine[kSamples / 2] - line.front()) / candidate.chord;
         const double margin = 2 * tolerance / candidate.chord;
         int tried = 0;
-        std::uint32_t& found = clusters.shapeOf[candidate.internode];
+        std::uint32_t& found = clusters.shapeOf[candidate.stretch];
         for (auto leader = leadersBySag.lower_bound(sag - margin);
              leader != leadersBySag.end() && leader->first <= sag + margin && tried < kMostLeaders && found == kNoPath;
              ++leader, ++tried)
         {
             const DrawnShape& shape = shapes[leader->second];
-            if (distanceBetween(line, shape, placeAlong(line, shape)) <= tolerance)
+            const ShapePlacement placement = placeAlong(line, shape);
+            if (mayBeNear(onLine, line.front(), shape, placement, 3 * tolerance) &&
+                distanceBetween(line, shape, placement) <= tolerance)
                 found = leader->second;
         }
         if (found != kNoPath)
             continue;
-        std::vector<DVec3> kept;
-        for (const std::uint32_t point : needed[candidate.internode])
-            kept.push_back(line[point]);
-        DrawnShape shape = drawn(shapeOf(kept, 1 / candidate.chord));
+        const std::vector<DVec3> kept = keptPointsOf(paths, needed, stretches.all[candidate.stretch]);
+        DrawnShape shape = drawn(shapeOf(kept, 1 / candidate.chord, alongFirstStep(kept)));
         if (distanceBetween(line, shape, placeAlong(line, shape)) > tolerance)
             continue; // rounding, where the tolerance is next to nothing
         found = static_cast<std::uint32_t>(clusters.leaders.size());
-        clusters.leaders.push_back(candidate.internode);
+        clusters.leaders.push_back(candidate.stretch);
         leadersBySag.emplace(sag, found);
         shapes.push_back(std::move(shape));
     }

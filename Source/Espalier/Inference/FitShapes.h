@@ -26,7 +26,7 @@ struct FitFrame
     void rollRight(double degrees);
 };
 
-/// A bent line as a turtle draws it: straight on first, and the first bend to the left.
+/// A bent line as a turtle draws it.
 struct BentShape
 {
     /// Before a step: a roll to the right and a turn to the left, degrees; then metres.
@@ -36,11 +36,15 @@ struct BentShape
         double turn;
         double length;
     };
-    std::vector<Step> steps; ///< At least 2; the first neither rolls nor turns.
+    std::vector<Step> steps; ///< At least 2.
 };
 
-/// The shape of `line` scaled by `scale`, with turns rounded to thousandths of a degree, lengths to five digits.
-[[nodiscard]] BentShape shapeOf(std::span<const DVec3> line, double scale);
+/// Some frame that looks along the first step of a line.
+[[nodiscard]] FitFrame alongFirstStep(std::span<const DVec3> line);
+
+/// The shape of `line` scaled by `scale`, drawn from `frame`. Turns are rounded to thousandths of a degree, lengths to
+/// five digits.
+[[nodiscard]] BentShape shapeOf(std::span<const DVec3> line, double scale, FitFrame frame);
 
 /// The points of a shape drawn from the origin in the frame {X, Y, Z}, the first included, and the frame at its end.
 struct DrawnShape
@@ -63,16 +67,46 @@ struct ShapePlacement
 [[nodiscard]] double distanceBetween(std::span<const DVec3> line, const DrawnShape& shape,
                                      const ShapePlacement& placement);
 
-/// Which internodes share a bent shape.
-struct ShapeClusters
+/// A part of an internode that one bent piece can draw, or that is straight.
+struct Stretch
 {
-    std::vector<std::uint32_t> shapeOf; ///< Of each internode; kNoPath where it has none.
-    std::vector<std::uint32_t> leaders; ///< Of each shape: the internode that it is taken from.
+    std::uint32_t internode = 0;
+    std::uint32_t first = 0; ///< Among the needed points of the internode (neededPoints): it leads from this one
+    std::uint32_t last = 0;  ///< to this one.
+
+    [[nodiscard]] bool isBent() const { return last - first > 1; }
 };
 
-/// Groups the bent internodes by shape: each joins an earlier one whose shape stays within `tolerance` of it, else it
-/// leads a group of its own; the longest come first. `needed` are the points of each that count (neededPoints).
-[[nodiscard]] ShapeClusters clusterShapes(const FitPaths& paths, const std::vector<std::vector<std::uint32_t>>& needed,
+/// The stretches of all internodes, those of each in a row and as few as possible: nearly all have one.
+struct Stretches
+{
+    std::vector<Stretch> all;
+    std::vector<std::uint32_t> firstOf; ///< Of each internode; one more than there are.
+};
+
+using NeededPoints = std::vector<std::vector<std::uint32_t>>; ///< Of each internode.
+
+/// Cuts where an internode has more points than a template should, or comes back to where it began: from there to
+/// there is no direction to place it by.
+[[nodiscard]] Stretches stretchesOf(const FitPaths& paths, const NeededPoints& needed);
+
+/// All points of a stretch.
+[[nodiscard]] std::span<const DVec3> pointsOf(const FitPaths& paths, const NeededPoints& needed,
+                                              const Stretch& stretch);
+/// Those that are needed.
+[[nodiscard]] std::vector<DVec3> keptPointsOf(const FitPaths& paths, const NeededPoints& needed,
+                                              const Stretch& stretch);
+
+/// Which stretches share a bent shape.
+struct ShapeClusters
+{
+    std::vector<std::uint32_t> shapeOf; ///< Of each stretch; kNoPath where it has none.
+    std::vector<std::uint32_t> leaders; ///< Of each shape: the stretch that it is taken from.
+};
+
+/// Groups the bent stretches by shape: each joins an earlier one whose shape stays within `tolerance` of it, else it
+/// leads a group of its own; the longest come first. Nothing has a shape where the tolerance is 0.
+[[nodiscard]] ShapeClusters clusterShapes(const FitPaths& paths, const NeededPoints& needed, const Stretches& stretches,
                                           double tolerance);
 
 } // namespace espalier

@@ -57,7 +57,7 @@ std::string printKin(const InferenceContext& context)
     const KinClasses& classes = context.classes;
     std::vector<std::uint32_t> pieces;
     for (const std::vector<std::uint32_t>& kin : classes.kin)
-        pieces.push_back(limbs.limbs[kin[0]].piece);
+        pieces.push_back(limbs.limbs[kin[0]].kind);
     const KinNames names = kinNames(library, pieces);
     DraftGrammar draft;
     std::vector<std::uint32_t> symbolOf(limbs.limbs.size());

@@ -35,7 +35,7 @@ public:
     {
         std::vector<std::uint32_t> pieces;
         for (const std::vector<std::uint32_t>& kin : classes_.kin)
-            pieces.push_back(limbs_.limbs[kin[0]].piece);
+            pieces.push_back(limbs_.limbs[kin[0]].kind);
         names_ = kinNames(library_, pieces).classes;
         mentions_.resize(classes_.kin.size());
         for (const LimbUse& use : limbs_.children)
@@ -136,7 +136,7 @@ private:
             std::ranges::minmax(kin, {}, [&](std::uint32_t limb) { return limbs_.limbs[limb].height; });
         explanation.merges.push_back(
             {Explanation::Kind::Class, names_[c], mentions * saved,
-             count(kin.size(), "limb") + " of the template " + library_.templates[limbs_.limbs[kin[0]].piece].name +
+             count(kin.size(), "limb") + " of the template " + library_.templates[limbs_.limbs[kin[0]].kind].name +
                  ", " + range(limbs_.limbs[small].segments, limbs_.limbs[large].segments) + " segments large, " +
                  range(limbs_.limbs[low].height, limbs_.limbs[high].height) + " instances high, drawn " +
                  count(drawn, "time") +

@@ -13,13 +13,13 @@ namespace espalier {
 
 namespace {
 
-/// What was observed of each template that occurs.
+/// What was observed of each kind of template that occurs (kindsOf), in arrays by its first template.
 struct LimbTransforms
 {
     std::vector<TransformTable> tables; ///< Distinct scalings and branching angles; directions belong to the places.
-    std::vector<std::uint32_t> tableOf; ///< Of each template; kNoPiece if it does not occur.
+    std::vector<std::uint32_t> tableOf; ///< Of each kind; kNoPiece if it does not occur.
     std::vector<std::uint32_t> rowOf;   ///< Of each limb.
-    std::vector<bool> rotates;          ///< Of each template: some place turns it.
+    std::vector<bool> rotates;          ///< Of each kind: some place turns it.
     std::vector<bool> rolls;
 };
 
@@ -71,7 +71,7 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
     const auto direct = [&](const LimbUse& use, std::uint32_t count) {
         if (use.limb == kNoInstance)
             return;
-        const std::uint32_t piece = limbs.limbs[use.limb].piece;
+        const std::uint32_t piece = limbs.limbs[use.limb].kind;
         observed[piece].rotations.insert(observed[piece].rotations.end(), count, use.direction.rotation);
         observed[piece].rolls.insert(observed[piece].rolls.end(), count, use.direction.roll);
         result.rotates[piece] = result.rotates[piece] || use.direction.rotation != 0;
@@ -81,11 +81,11 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
         direct(limbs.roots[tree], limbs.rootWeights[tree]);
     for (const Limb& limb : limbs.limbs)
     {
-        Observed& seen = observed[limb.piece];
-        if (result.tableOf[limb.piece] == kNoPiece)
+        Observed& seen = observed[limb.kind];
+        if (result.tableOf[limb.kind] == kNoPiece)
         {
-            result.tableOf[limb.piece] = static_cast<std::uint32_t>(result.tables.size());
-            result.tables.push_back({library.templates[limb.piece].name, {}});
+            result.tableOf[limb.kind] = static_cast<std::uint32_t>(result.tables.size());
+            result.tables.push_back({library.templates[limb.kind].name, {}});
         }
         seen.scalings.insert(seen.scalings.end(), limb.count, limb.scaling);
         seen.branchings.insert(seen.branchings.end(), limb.count, limb.branchingAngle);
@@ -99,10 +99,10 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
             for (std::uint32_t i = first; i < first + length; ++i)
             {
                 const Limb& limb = limbs.limbs[classes.kin[c][i]];
-                auto& rows = result.tables[result.tableOf[limb.piece]].rows;
+                auto& rows = result.tables[result.tableOf[limb.kind]].rows;
                 auto row = static_cast<std::uint32_t>(rows.size());
                 if (length == 1)
-                    row = observed[limb.piece].rows.try_emplace({limb.scaling, limb.branchingAngle}, row).first->second;
+                    row = observed[limb.kind].rows.try_emplace({limb.scaling, limb.branchingAngle}, row).first->second;
                 if (row == rows.size())
                     rows.push_back({limb.scaling, 0, limb.branchingAngle, 0});
                 result.rowOf[classes.kin[c][i]] = row;
@@ -135,7 +135,7 @@ public:
     {
         std::vector<std::uint32_t> pieces;
         for (const std::vector<std::uint32_t>& kin : classes_.kin)
-            pieces.push_back(limbs_.limbs[kin[0]].piece);
+            pieces.push_back(limbs_.limbs[kin[0]].kind);
         KinNames names = kinNames(library_, pieces);
         start_ = std::move(names.start);
         names_ = std::move(names.classes);
@@ -159,7 +159,7 @@ private:
     /// one, no turn or roll where none ever is.
     Module moduleOf(const LimbUse& use)
     {
-        const std::uint32_t piece = limbs_.limbs[use.limb].piece;
+        const std::uint32_t piece = limbs_.limbs[use.limb].kind;
         Module module = indexed(names_[classes_.classOf[use.limb]], use.limb);
         const auto argue = [&](double value) {
             // -20 reads as the negative of 20.
@@ -318,16 +318,16 @@ private:
     void classProductions(std::uint32_t c)
     {
         const std::vector<std::uint32_t>& kin = classes_.kin[c];
-        const std::uint32_t piece = limbs_.limbs[kin[0]].piece;
-        const Template& shape = library_.templates[piece];
-        std::vector<bool> exchanges(shape.anchors.size(), false); // of each anchor: its occupants are exchanged
-        for (std::uint32_t a = 0; classes_.level.anchors && kin.size() > 1 && a < shape.anchors.size(); ++a)
+        const std::uint32_t kind = limbs_.limbs[kin[0]].kind;
+        const std::size_t anchorCount = library_.templates[kind].anchors.size();
+        std::vector<bool> exchanges(anchorCount, false); // of each anchor: its occupants are exchanged
+        for (std::uint32_t a = 0; classes_.level.anchors && kin.size() > 1 && a < anchorCount; ++a)
             exchanges[a] = everOccupied(kin, a);
         forEachRun(classes_, c, [&](std::uint32_t first, std::uint32_t length) {
             const Run run{c, first, length};
             const std::uint32_t limb = firstLimb(run);
             std::vector<Module> children;
-            for (std::uint32_t a = 0; a < shape.anchors.size(); ++a)
+            for (std::uint32_t a = 0; a < anchorCount; ++a)
             {
                 const LimbUse& child = occupant(limb, a);
                 if (exchanges[a])
@@ -336,15 +336,17 @@ private:
                     children.push_back(child.limb == kNoInstance ? Module{kOpenAnchor, 0, 0} : moduleOf(child));
             }
             std::vector<std::string> parameters = indexParameter(limb);
-            const PlacedDirection direction = direct(piece, parameters);
+            const PlacedDirection direction = direct(kind, parameters);
             Production production =
-                placingProduction(grammar_, grammar_.symbols.intern(names_[c]), shape, direction, children);
+                placingProduction(grammar_, grammar_.symbols.intern(names_[c]),
+                                  library_.templates[limbs_.limbs[limb].piece], direction, children);
+            production.table = library_.templates[kind].name;
             production.parameters = std::move(parameters);
             weigh(production, run);
             production.row = rowOf(run);
             add(std::move(production), {limb, KinRule::kWhole, first, length});
         });
-        for (std::uint32_t a = 0; a < shape.anchors.size(); ++a)
+        for (std::uint32_t a = 0; a < anchorCount; ++a)
             if (exchanges[a])
                 anchorProductions(c, a);
     }
@@ -381,7 +383,7 @@ private:
     }
     [[nodiscard]] std::string anchorName(std::uint32_t c, std::uint32_t anchor) const
     {
-        return occupantName(names_[c], library_.templates[limbs_.limbs[classes_.kin[c][0]].piece].anchors[anchor]);
+        return occupantName(names_[c], library_.templates[limbs_.limbs[classes_.kin[c][0]].kind].anchors[anchor]);
     }
     void add(Production production, KinRule rule)
     {

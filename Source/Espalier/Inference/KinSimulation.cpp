@@ -31,11 +31,11 @@ void SimulatedTree::clear()
 
 KinSimulation::KinSimulation(const LimbTable& limbs, const KinClasses& classes, const std::vector<std::uint32_t>& draws,
                              const std::vector<std::uint32_t>& anchors, TreeRecord record, double settledSegments)
-    : limbs_(limbs), draws_(draws), anchors_(anchors), record_(record), exchangesAnchors_(classes.level.anchors)
+    : limbs_(limbs), anchors_(anchors), record_(record), exchangesAnchors_(classes.level.anchors)
 {
     places_.reserve(limbs.limbs.size());
     for (const Limb& limb : limbs.limbs)
-        places_.push_back({limb.piece, limb.firstChild, 0, 0});
+        places_.push_back({limb.kind, limb.firstChild, 0, 0, draws[limb.piece]});
     settled_.resize(limbs.limbs.size());
     profileOf_.assign(limbs.limbs.size(), kNoProfile);
     for (const std::vector<std::uint32_t>& kin : classes.kin)
@@ -203,7 +203,7 @@ void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, Sim
         const bool isLump = !keepsShape && settled;
         note(topology, isLump ? profileOf(limb).topology : place.piece + 1);
         tree.depth = std::max(tree.depth, isLump ? next.depth + limbs_.limbs[limb].height - 1 : next.depth);
-        tree.segments += isLump ? limbs_.limbs[limb].segments : draws_[place.piece];
+        tree.segments += isLump ? limbs_.limbs[limb].segments : place.draws;
         if (tree.segments > mostSegments)
         {
             tree.whole = false;

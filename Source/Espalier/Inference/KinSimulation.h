@@ -53,10 +53,11 @@ private:
     /// What is looked up of a limb wherever it stands, side by side.
     struct Place
     {
-        std::uint32_t piece;
+        std::uint32_t piece;       ///< The kind of its template (kindsOf): what trees are compared by.
         std::uint32_t firstChild;  ///< Into LimbTable::children.
         std::uint32_t firstMember; ///< Of its class, into `members_`.
         std::uint32_t members;
+        std::uint32_t draws; ///< Segments of its first instance.
     };
     struct Pending
     {
@@ -83,7 +84,6 @@ private:
     [[nodiscard]] std::uint32_t kinOf(const Place& place);
 
     const LimbTable& limbs_;
-    const std::vector<std::uint32_t>& draws_;
     const std::vector<std::uint32_t>& anchors_;
     TreeRecord record_;
     bool exchangesAnchors_;

@@ -50,6 +50,7 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
 {
     const std::vector<std::uint32_t> weightOf = weightsOfInstances(exemplars, weights);
     const auto count = static_cast<std::uint32_t>(exemplars.instances.size());
+    const std::vector<std::uint32_t> kinds = kindsOf(exemplars.library);
     std::vector<std::uint32_t> limbOf(count);
     std::unordered_map<std::uint64_t, std::uint32_t> firstWithHash; // looked up, never iterated
     std::vector<std::uint32_t> nextWithHash;
@@ -68,6 +69,7 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
         const TemplateInstance& instance = exemplars.instances[i];
         const auto anchorCount = anchors.firstChild[i + 1] - anchors.firstChild[i];
         Limb limb{instance.piece,
+                  kinds[instance.piece],
                   static_cast<std::uint32_t>(found.children.size()),
                   0,
                   draws[instance.piece],
@@ -169,7 +171,7 @@ KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalS
         // 0.999: a whole tree, and what is just a band's width smaller, lie inside a band, not on its edge. Half a
         // segment stands for a limb that draws nothing.
         const double share = 0.999 * std::max(0.5, static_cast<double>(limb.segments)) / totalSegments;
-        const auto key = std::tuple(limb.piece, band(share, level.sizeBase), band(limb.height, level.heightBase));
+        const auto key = std::tuple(limb.kind, band(share, level.sizeBase), band(limb.height, level.heightBase));
         const auto [entry, isNew] = numbers.try_emplace(key, static_cast<std::uint32_t>(classes.kin.size()));
         if (isNew)
         {
@@ -257,6 +259,14 @@ void runAlikeLimbs(const LimbTable& limbs, KinClasses& classes)
     for (std::uint32_t c = 0; c < classes.kin.size(); ++c)
     {
         std::vector<std::uint32_t>& kin = classes.kin[c];
+        // A range of numbers takes a look at every rule of the class, which is quick only where they are few. Where
+        // every limb is bent in its own way they are many, whatever runs there are.
+        if (std::ranges::any_of(
+                kin, [&](std::uint32_t limb) { return limbs.limbs[limb].piece != limbs.limbs[kin[0]].piece; }))
+        {
+            classes.runs[c].assign(kin.size(), 1);
+            continue;
+        }
         std::map<std::uint32_t, std::vector<std::uint32_t>, decltype(alikeBefore)> groups(alikeBefore);
         for (const std::uint32_t limb : kin)
             groups[limb].push_back(limb); // the key stays the first of its group

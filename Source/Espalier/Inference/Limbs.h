@@ -23,7 +23,8 @@ struct LimbDirection
 /// equal limbs are one.
 struct Limb
 {
-    std::uint32_t piece = 0;      ///< Template of its first instance.
+    std::uint32_t piece = 0;      ///< Template of its first instance,
+    std::uint32_t kind = 0;       ///< and the first template of that one's kind (kindsOf).
     std::uint32_t firstChild = 0; ///< Into LimbTable::children; as many as the template has anchors.
     std::uint32_t count = 0;      ///< Occurrences in the drawn trees, each as often as its tree counts.
     std::uint32_t segments = 0;

@@ -3,12 +3,15 @@
 #include <Espalier/Archetype/Placement.h>
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Random.h>
+#include <Espalier/Inference/Comparison.h>
 #include <Espalier/Inference/FitPaths.h>
+#include <Espalier/Inference/Inference.h>
 #include <Espalier/Plant/Measure.h>
 #include <Espalier/Species/Grow.h>
 #include <Inference/SampleArchetypes.h>
 #include <Plant/SampleSkeletons.h>
 #include <algorithm>
+#include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
 #include <map>
@@ -118,6 +121,43 @@ Skeleton randomPlant(std::uint64_t seed, bool planar)
             step += Vec3(next(-bend, bend), next(-bend, bend), planar ? 0.f : next(-bend, bend));
             from = samples::grow(skeleton, from, next(0, 1) < 0.05f ? Vec3(0) : step * size);
         }
+    }
+    completeAxes(skeleton, {});
+    return skeleton;
+}
+
+/// Crooked paths of about `points` points that fork in two, from five that leave one place.
+Skeleton neuron(std::uint64_t seed, int points)
+{
+    Skeleton skeleton;
+    Random next{RandomKey(Seed{seed})};
+    struct Tip
+    {
+        std::uint32_t from;
+        Vec3 step;
+    };
+    const auto bent = [&](Vec3 step, double by) {
+        const float x = next(-by, by);
+        const float y = next(-by, by);
+        const float z = next(-by, by);
+        return step + Vec3(x, y, z);
+    };
+    std::vector<Tip> tips;
+    for (int i = 0; i < 5; ++i)
+        tips.push_back({kNoSegment, bent(Vec3(0, 0.2f, 0), 1)});
+    for (std::size_t i = 0; i < tips.size() && skeleton.size() < static_cast<std::size_t>(points); ++i)
+    {
+        Tip tip = tips[i];
+        const auto steps = static_cast<int>(next(8, 24));
+        for (int k = 0; k < steps; ++k)
+        {
+            tip.step = bent(tip.step, 0.2);
+            tip.step *= 1 / std::max(0.1f, std::sqrt(glm::dot(tip.step, tip.step)));
+            tip.from = samples::grow(skeleton, tip.from, tip.step);
+        }
+        if (next(0, 1) < 0.75f)
+            for (int k = 0; k < 2; ++k)
+                tips.push_back({tip.from, bent(tip.step, 0.8)});
     }
     completeAxes(skeleton, {});
     return skeleton;
@@ -412,6 +452,32 @@ TEST(Fit, WhatAnArchetypeDrewIsFittedClosely)
     }
 }
 
+TEST(Fit, APathBetweenTwoForksIsOnePiece)
+{
+    for (std::uint64_t seed = 0; seed < 40; ++seed)
+    {
+        SCOPED_TRACE(seed);
+        const Skeleton skeleton = neuron(seed, 600);
+        const FittedArchetype fitted = fit(skeleton);
+        expectTrueReport(skeleton, fitted);
+        EXPECT_EQ(fitted.report.instances, fitted.report.internodes + 1) << "and a joint at the base";
+        EXPECT_GT(fit(skeleton, {.templates = 24}).report.instances, 3 * fitted.report.instances) << "else chains";
+    }
+}
+
+TEST(Fit, TreesInferredFromAFittedNeuronAreItsKin)
+{
+    const FittedArchetype fitted = fit(neuron(1, 900));
+    const auto species = inferSpecies({&fitted.archetype, 1}, {});
+    ASSERT_TRUE(species) << toString(species.error());
+    const auto comparison = compare({&fitted.archetype, 1}, *species, {.seeds = 100});
+    ASSERT_TRUE(comparison) << toString(comparison.error());
+    EXPECT_GE(comparison->size.within, 0.8);
+    EXPECT_NEAR(comparison->size.mean / comparison->size.exemplar, 1, 0.2);
+    EXPECT_LE(comparison->anchorDivergence, 0.05);
+    EXPECT_GE(comparison->distinct, 0.9);
+}
+
 TEST(Fit, EqualInputGivesEqualOutput)
 {
     const Skeleton skeleton = randomPlant(7, false);
@@ -448,7 +514,7 @@ TEST(Fit, PiecesLongerThanATemplatesLengthMayBe)
 TEST(Fit, LongChainsNestWithoutACallStackAndReadBack)
 {
     const Skeleton skeleton = helix(20000);
-    const FittedArchetype fitted = fit(skeleton, {.tolerance = 1e-3});
+    const FittedArchetype fitted = fit(skeleton, {.tolerance = 1e-3, .templates = 1});
     EXPECT_GT(fitted.report.depth, 5000u);
     const auto library = parseTemplates(printTemplates(fitted.archetype.library), "t.templates", {});
     const std::string text = printArchetype(fitted.archetype);
