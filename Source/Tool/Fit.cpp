@@ -113,9 +113,10 @@ void addFit(CLI::App& app)
     verb->add_option("skeleton", command->skeleton, "skeleton.swc, .gltf or .glb")->required();
     verb->add_option("-o,--output", command->output, "A.archetype; its library A.templates is written beside it")
         ->required();
-    verb->add_option("--templates", command->templates,
-                     "At most so many templates, 1..1024: bent branches are then chains of straight pieces, unless they "
-                     "recur; default: one for each shape that a branch has between two forks")
+    verb->add_option(
+            "--templates", command->templates,
+            "At most so many templates, 1..1024: bent branches are then chains of straight pieces, unless they "
+            "recur; default: one for each shape that a branch has between two forks")
         ->check(CLI::Range(1u, 1024u));
     verb->add_option("--tolerance", command->tolerance,
                      "Metres that the archetype may lie from the skeleton; 0 keeps every point; default: 2 % of the "
