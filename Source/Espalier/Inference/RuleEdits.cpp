@@ -62,6 +62,13 @@ std::string drawnText(const RuleOrigin& origin)
     return text + (origin.count > origin.nodes.size() ? " ..." : "");
 }
 
+/// What comes from files may hold anything, and is shown on terminals.
+void blankControls(std::string& text)
+{
+    std::ranges::replace_if(
+        text, [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
+}
+
 /// What stands above the grammar for people.
 std::vector<std::string> headOf(const Species& species)
 {
@@ -108,9 +115,8 @@ std::vector<std::string> headOf(const Species& species)
     head.emplace_back(
         "Put an edited text back with `espalier grammar S.species --set THIS.lsys`; what was changed survives "
         "inferring again.");
-    for (std::string& line : head) // names come from files
-        std::ranges::replace_if(
-            line, [](char c) { return static_cast<unsigned char>(c) < ' '; }, ' ');
+    for (std::string& line : head)
+        blankControls(line);
     return head;
 }
 
@@ -120,7 +126,9 @@ std::string conflictText(const EditConflict& conflict)
     text += conflict.inferred.empty() ? "added " + conflict.edited
             : conflict.edited.empty() ? "removed " + conflict.inferred
                                       : conflict.inferred + "  was edited to  " + conflict.edited;
-    return text + "  but " + conflict.reason;
+    text += "  but " + conflict.reason;
+    blankControls(text);
+    return text;
 }
 
 /// The text of printWithOrigins, and which production stands in which of its lines.

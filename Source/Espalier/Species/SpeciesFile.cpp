@@ -525,6 +525,10 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
                                                                                : root["grammar"].where();
         return tl::make_unexpected(error);
     }
+    if (species.inferred)
+        if (const auto program = GrammarProgram::make(*species.inferred, species.tables); !program)
+            return root["inferred"].fail("it does not fit the tables: " + program.error().what,
+                                         program.error().expected);
     return species;
 }
 

@@ -225,6 +225,15 @@ TEST(SpeciesFile, ReadsBackWhatItPrints)
     EXPECT_EQ(hashOf(*again), hashOf(species));
 }
 
+TEST(SpeciesFile, RefusesAnInferredGrammarThatItsTablesDoNotFit)
+{
+    Species species = handMade();
+    species.inferred = parseGrammar("axiom: A\nA -> F : 2 : ~ nowhere(7)", "x", {}).value();
+    const auto read = parseSpecies(printSpecies(species), "odd");
+    ASSERT_FALSE(read);
+    EXPECT_NE(read.error().what.find("nowhere"), std::string::npos) << toString(read.error());
+}
+
 TEST(SpeciesFile, ReadsBackWhatAuthoringRemembers)
 {
     Species species = handMade();
