@@ -1,6 +1,7 @@
 #include "Command.h"
 
 #include <Espalier/Core/File.h>
+#include <Espalier/Core/Json.h>
 #include <Espalier/Inference/RuleEdits.h>
 #include <Espalier/Species/Grow.h>
 #include <iostream>
@@ -43,21 +44,18 @@ void lock(Species& species, const GrammarOptions& options)
 std::string summary(const Species& species)
 {
     const EditSummary edits = summarizeEdits(species);
-    const auto count = [](std::size_t number, const char* what) {
-        return std::to_string(number) + ' ' + what + (number == 1 ? "" : "s");
-    };
-    std::string text = count(species.grammar.productions.size(), "production");
+    std::string text = counted(species.grammar.productions.size(), "production");
     if (species.provenance.method.empty())
         return text;
-    text += ": " + std::to_string(edits.kept) + " kept, " + count(edits.weights, "weight") + " changed, " +
-            count(edits.changed, "rule") + " changed, " + std::to_string(edits.added) + " added, " +
+    text += ": " + std::to_string(edits.kept) + " kept, " + counted(edits.weights, "weight") + " changed, " +
+            counted(edits.changed, "rule") + " changed, " + std::to_string(edits.added) + " added, " +
             std::to_string(edits.removed) + " removed";
     if (edits.settings > 0)
-        text += ", " + count(edits.settings, "setting") + " changed";
+        text += ", " + counted(edits.settings, "setting") + " changed";
     if (edits.locked > 0)
         text += "; " + std::to_string(edits.locked) + " locked";
     if (!species.conflicts.empty())
-        text += "; " + count(species.conflicts.size(), "conflict") + " to settle";
+        text += "; " + counted(species.conflicts.size(), "conflict") + " to settle";
     return text;
 }
 

@@ -30,11 +30,6 @@ struct InferOptions
     TemplateFolders templates;
 };
 
-std::string count(std::size_t number, const std::string& what)
-{
-    return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
-}
-
 /// The species that is about to be inferred again, if there is one. Nothing that somebody did is lost without a word.
 std::optional<Species> formerSpecies(const InferOptions& options)
 {
@@ -56,8 +51,8 @@ std::optional<Species> formerSpecies(const InferOptions& options)
         fail(error);
     }
     const EditSummary edits = summarizeEdits(*former);
-    const std::string held = count(edits.edits(), "edit") + ", " + count(edits.locked, "lock") + " and " +
-                             count(former->conflicts.size(), "conflict");
+    const std::string held = counted(edits.edits(), "edit") + ", " + counted(edits.locked, "lock") + " and " +
+                             counted(former->conflicts.size(), "conflict");
     if (options.fresh)
     {
         if (hasEdits(*former))
@@ -117,8 +112,8 @@ void carry(const Species& former, Species& species, const std::string& path)
                   << "; the grammar has it as inferred: edit it again with `grammar --set`, or let it be with "
                      "`grammar --dismiss`\n";
     if (hasEdits(species))
-        std::cout << path << ": " << count(carried.edits, "edit") << " and " << count(carried.locks, "lock")
-                  << " kept, " << count(species.conflicts.size(), "conflict") << " to settle\n";
+        std::cout << path << ": " << counted(carried.edits, "edit") << " and " << counted(carried.locks, "lock")
+                  << " kept, " << counted(species.conflicts.size(), "conflict") << " to settle\n";
 }
 
 void infer(const InferOptions& options)
@@ -136,7 +131,7 @@ void infer(const InferOptions& options)
         failUsage("infer: " + options.output + ": expected an output that ends in .species");
     if (!options.weights.empty() && options.weights.size() != options.archetypes.size())
         failUsage("infer: expected --weights with a number for each of the " +
-                  count(options.archetypes.size(), "archetype"));
+                  counted(options.archetypes.size(), "archetype"));
     std::vector<Azimuths> spatial;
     if (!options.spatial.empty())
     {

@@ -64,13 +64,18 @@ double parameterValue(const PlacedModule& module, const InstanceTransform& trans
     return 0;
 }
 
-ArchetypeDrawer::ArchetypeDrawer(const Archetype& archetype) : archetype_(archetype), anchors_(anchorsOf(archetype))
+std::vector<std::vector<PlacedModule>> placedTemplates(const Archetype& archetype)
 {
-    placed_.resize(archetype.library.templates.size());
+    std::vector<std::vector<PlacedModule>> placed(archetype.library.templates.size());
     for (const TemplateInstance& instance : archetype.instances)
-        if (placed_[instance.piece].empty())
-            placed_[instance.piece] = placeTemplate(archetype.library.templates[instance.piece]);
+        if (placed[instance.piece].empty())
+            placed[instance.piece] = placeTemplate(archetype.library.templates[instance.piece]);
+    return placed;
 }
+
+ArchetypeDrawer::ArchetypeDrawer(const Archetype& archetype)
+    : archetype_(archetype), anchors_(anchorsOf(archetype)), placed_(placedTemplates(archetype))
+{}
 
 Expected<void> ArchetypeDrawer::draw(std::size_t tree, const Limits& limits, Skeleton& skeleton) const
 {

@@ -35,6 +35,9 @@ struct PlacedModule
 /// archetype and writing a grammar both read it, so they agree to the bit.
 [[nodiscard]] std::vector<PlacedModule> placeTemplate(const Template& piece);
 
+/// The placed words of the templates that occur in an archetype, by template; those of others are empty.
+[[nodiscard]] std::vector<std::vector<PlacedModule>> placedTemplates(const Archetype& archetype);
+
 /// The parameter's value for one transform; without a source, `number`.
 [[nodiscard]] double parameterValue(const PlacedModule& module, const InstanceTransform& transform) noexcept;
 

@@ -149,12 +149,8 @@ class DepthGiver
 public:
     DepthGiver(Archetype& archetype, std::span<const Azimuths> azimuths)
         : archetype_(archetype), anchors_(anchorsOf(archetype)), azimuths_(azimuths),
-          placed_(archetype.library.templates.size()), rises_(archetype.instances.size())
-    {
-        for (const TemplateInstance& instance : archetype.instances)
-            if (placed_[instance.piece].empty())
-                placed_[instance.piece] = placeTemplate(archetype.library.templates[instance.piece]);
-    }
+          placed_(placedTemplates(archetype)), rises_(archetype.instances.size())
+    {}
 
     /// Finds out how much each instance rises as drawn, then gives the tree depth.
     void give(std::uint32_t tree)
@@ -403,10 +399,10 @@ private:
     Archetype& archetype_;
     const AnchorTable anchors_;
     std::span<const Azimuths> azimuths_;
-    std::vector<std::vector<PlacedModule>> placed_; ///< Of each template that occurs.
-    std::vector<double> rises_;                     ///< Of each instance as drawn, metres along its axis.
-    bool isDrawn_ = false;                          ///< The walk follows what is drawn, to see how much it rises.
-    std::vector<Axis> axes_;                        ///< The one that is drawn, and those it left.
+    const std::vector<std::vector<PlacedModule>> placed_; ///< Of each template that occurs.
+    std::vector<double> rises_;                           ///< Of each instance as drawn, metres along its axis.
+    bool isDrawn_ = false;                                ///< The walk follows what is drawn, to see how much it rises.
+    std::vector<Axis> axes_;                              ///< The one that is drawn, and those it left.
     std::vector<Visit> visits_;
     TurtleFilter filter_;
 };

@@ -600,6 +600,11 @@ const JsonDocument::Node& JsonDocument::Value::node() const noexcept
     return document_->nodes_[node_];
 }
 
+std::string counted(std::size_t number, std::string_view what)
+{
+    return std::to_string(number).append(" ").append(what).append(number == 1 ? "" : "s");
+}
+
 std::string shortened(std::string_view text)
 {
     if (text.size() <= kShownBytes)

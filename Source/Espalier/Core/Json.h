@@ -110,6 +110,9 @@ private:
 /// The first bytes of a text that may be long, for messages: whole characters, then "..." if something is left out.
 [[nodiscard]] std::string shortened(std::string_view text);
 
+/// `1 limb`, `2 limbs`: for messages.
+[[nodiscard]] std::string counted(std::size_t number, std::string_view what);
+
 /// `text` as a JSON string literal, quotes included. Control characters are escaped; other UTF-8 passes through.
 [[nodiscard]] std::string quoteJson(std::string_view text);
 

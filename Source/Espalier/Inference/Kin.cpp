@@ -20,8 +20,7 @@ namespace espalier {
 namespace {
 
 /// One rule for each distinct limb, its symbols already named in `draft`.
-DraftGrammar limbRules(const LimbTable& limbs, const TemplateLibrary& library, DraftGrammar draft,
-                       const std::vector<std::uint32_t>& symbolOf)
+DraftGrammar limbRules(const LimbTable& limbs, DraftGrammar draft, const std::vector<std::uint32_t>& symbolOf)
 {
     const auto open = static_cast<std::uint32_t>(draft.names.size());
     draft.names.emplace_back(); // an open anchor prints as nothing
@@ -29,11 +28,8 @@ DraftGrammar limbRules(const LimbTable& limbs, const TemplateLibrary& library, D
     {
         const Limb& limb = limbs.limbs[i];
         DraftRule rule{symbolOf[i], limb.piece, {}, limb.count};
-        for (std::uint32_t a = 0; a < library.templates[limb.piece].anchors.size(); ++a)
-        {
-            const std::uint32_t child = limbs.children[limb.firstChild + a].limb;
-            rule.children.push_back(child == kNoInstance ? open : symbolOf[child]);
-        }
+        for (const LimbUse& use : loadOf(limbs, i))
+            rule.children.push_back(use.limb == kNoInstance ? open : symbolOf[use.limb]);
         draft.rules.push_back(std::move(rule));
     }
     std::ranges::stable_sort(draft.rules, {}, &DraftRule::symbol);
@@ -67,7 +63,7 @@ std::string printKin(const InferenceContext& context)
             symbolOf[classes.kin[c][i]] = static_cast<std::uint32_t>(draft.names.size());
             draft.names.push_back(names.classes[c] + (classes.kin[c].size() > 1 ? "(" + std::to_string(i) + ")" : ""));
         }
-    return printDraft(limbRules(limbs, library, draft, symbolOf), library);
+    return printDraft(limbRules(limbs, draft, symbolOf), library);
 }
 
 /// The limbs as rules without transforms, each a symbol of its own.
@@ -82,7 +78,7 @@ std::string printLimbs(const InferenceContext& context)
     draft.names = kinNames(library, pieces).classes;
     std::vector<std::uint32_t> symbolOf(limbs.limbs.size());
     std::iota(symbolOf.begin(), symbolOf.end(), 0u);
-    return printDraft(limbRules(limbs, library, std::move(draft), symbolOf), library);
+    return printDraft(limbRules(limbs, std::move(draft), symbolOf), library);
 }
 
 } // namespace
@@ -206,7 +202,7 @@ Expected<void> classKin(InferenceContext& context)
     runAlikeLimbs(context.limbs, context.classes);
     for (KinTrial& level : tried)
         context.levels.push_back({describe(level.classes.level), level.classes.weight, level.difference, level.accepted,
-                                  level.equal, level.score, level.compared, std::move(level.bars),
+                                  level.equal, level.score, level.shortfall.compared, std::move(level.shortfall.bars),
                                   level.classes.level == context.classes.level});
     Species& species = context.species;
     context.window = std::move(chosen.window);

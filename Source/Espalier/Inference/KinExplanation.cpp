@@ -13,11 +13,6 @@ namespace espalier {
 
 namespace {
 
-std::string count(std::size_t number, const std::string& what)
-{
-    return std::to_string(number) + " " + what + (number == 1 ? "" : "s");
-}
-
 /// `0.5 to 1.5`, or the one value.
 std::string range(double low, double high)
 {
@@ -50,15 +45,12 @@ public:
     {
         for (std::uint32_t c = 0; c < classes_.kin.size(); ++c)
         {
-            std::uint32_t first = 0;
-            for (const std::uint32_t length : classes_.runs[c])
-            {
+            forEachRun(classes_, c, [&](std::uint32_t first, std::uint32_t length) {
                 for (std::uint32_t i = first; i < first + length; ++i)
                     equalLimbs(c, i, explanation);
                 if (length > 1)
                     alikeLimbs(c, first, length, explanation);
-                first += length;
-            }
+            });
             wholeClass(c, explanation);
         }
         std::ranges::stable_sort(explanation.merges, [](const auto& a, const auto& b) {
@@ -77,12 +69,8 @@ private:
     {
         const double name = bitsOf(static_cast<double>(limbs_.limbs.size()));
         double bits = name;
-        for (std::size_t a = 0; a < library_.templates[limbs_.limbs[limb].piece].anchors.size(); ++a)
-        {
-            bits += lengths_.open;
-            if (limbs_.children[limbs_.limbs[limb].firstChild + a].limb != kNoInstance)
-                bits += name + lengths_.direction;
-        }
+        for (const LimbUse& use : loadOf(limbs_, limb))
+            bits += lengths_.open + (use.limb == kNoInstance ? 0 : name + lengths_.direction);
         return bits;
     }
 
@@ -93,7 +81,7 @@ private:
         if (times < 2)
             return;
         explanation.merges.push_back({Explanation::Kind::Equal, numbered(c, number, 1), (times - 1) * ownBits(limb),
-                                      "drawn " + count(times, "time") + ", with all it carries equal to the bit",
+                                      "drawn " + counted(times, "time") + ", with all it carries equal to the bit",
                                       nodesOf_[limb]});
     }
 
@@ -105,14 +93,17 @@ private:
                 std::ranges::minmax(kin, {}, [&](std::uint32_t limb) { return limbs_.limbs[limb].*part; });
             return range(limbs_.limbs[low].*part, limbs_.limbs[high].*part);
         };
-        const std::size_t loaded = carried(kin[0]);
-        explanation.merges.push_back({Explanation::Kind::Alike, numbered(c, first, length),
-                                      lengths_.gainOfRun(limbs_, classes_, c, first, length),
-                                      std::to_string(length) + " limbs that carry " +
-                                          (loaded == 0 ? std::string("nothing") : "the same " + count(loaded, "limb")) +
-                                          " share a rule: scaling " + spread(&Limb::scaling) + ", branching angle " +
-                                          spread(&Limb::branchingAngle),
-                                      nodesOf(kin)});
+        const auto loaded =
+            std::ranges::count_if(loadOf(limbs_, kin[0]), [](const LimbUse& use) { return use.limb != kNoInstance; });
+        explanation.merges.push_back(
+            {Explanation::Kind::Alike, numbered(c, first, length),
+             lengths_.gainOfRun(limbs_, classes_, c, first, length),
+             std::to_string(length) + " limbs that carry " +
+                 (loaded == 0 ? std::string("nothing")
+                              : "the same " + counted(static_cast<std::size_t>(loaded), "limb")) +
+                 " share a rule: scaling " + spread(&Limb::scaling) + ", branching angle " +
+                 spread(&Limb::branchingAngle),
+             nodesOf(kin)});
     }
 
     /// Of the names of its limbs, which now begin with that of their class.
@@ -136,22 +127,14 @@ private:
             std::ranges::minmax(kin, {}, [&](std::uint32_t limb) { return limbs_.limbs[limb].height; });
         explanation.merges.push_back(
             {Explanation::Kind::Class, names_[c], mentions * saved,
-             count(kin.size(), "limb") + " of the template " + library_.templates[limbs_.limbs[kin[0]].kind].name +
+             counted(kin.size(), "limb") + " of the template " + library_.templates[limbs_.limbs[kin[0]].kind].name +
                  ", " + range(limbs_.limbs[small].segments, limbs_.limbs[large].segments) + " segments large, " +
                  range(limbs_.limbs[low].height, limbs_.limbs[high].height) + " instances high, drawn " +
-                 count(drawn, "time") +
+                 counted(drawn, "time") +
                  (kin.size() == 1 ? std::string(": nothing else is of its kind")
                                   : ": where one was drawn, any may grow with chance " + formatNumber(classes_.weight) +
                                         ", a choice of " + formatNumber(std::round(choice * 100) / 100) + " bits"),
              nodesOf(kin)});
-    }
-
-    [[nodiscard]] std::size_t carried(std::uint32_t limb) const
-    {
-        std::size_t loaded = 0;
-        for (std::size_t a = 0; a < library_.templates[limbs_.limbs[limb].piece].anchors.size(); ++a)
-            loaded += limbs_.children[limbs_.limbs[limb].firstChild + a].limb != kNoInstance ? 1 : 0;
-        return loaded;
     }
 
     [[nodiscard]] std::vector<DrawnNode> nodesOf(std::span<const std::uint32_t> kin) const

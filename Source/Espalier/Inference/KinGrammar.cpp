@@ -41,19 +41,6 @@ std::array<double, 4> smoothing(std::span<const double> scalings, std::span<cons
     return spread;
 }
 
-/// Calls function(class, number of the first limb, length) for each run of limbs that share a rule, in order.
-template <class Function>
-void forEachRun(const KinClasses& classes, std::uint32_t c, Function&& function)
-{
-    const auto size = static_cast<std::uint32_t>(classes.kin[c].size());
-    for (std::uint32_t first = 0, run = 0; first < size; ++run)
-    {
-        const std::uint32_t length = classes.runs.empty() ? 1 : classes.runs[c][run];
-        function(first, length);
-        first += length;
-    }
-}
-
 LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, const TemplateLibrary& library,
                             double jitter)
 {
@@ -79,8 +66,9 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
     };
     for (std::size_t tree = 0; tree < limbs.roots.size(); ++tree)
         direct(limbs.roots[tree], limbs.rootWeights[tree]);
-    for (const Limb& limb : limbs.limbs)
+    for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i)
     {
+        const Limb& limb = limbs.limbs[i];
         Observed& seen = observed[limb.kind];
         if (result.tableOf[limb.kind] == kNoPiece)
         {
@@ -89,8 +77,8 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
         }
         seen.scalings.insert(seen.scalings.end(), limb.count, limb.scaling);
         seen.branchings.insert(seen.branchings.end(), limb.count, limb.branchingAngle);
-        for (std::size_t a = 0; a < library.templates[limb.piece].anchors.size(); ++a)
-            direct(limbs.children[limb.firstChild + a], limb.count);
+        for (const LimbUse& use : loadOf(limbs, i))
+            direct(use, limb.count);
     }
     // A run has rows of its own, one behind the other; other limbs share what is equal.
     result.rowOf.resize(limbs.limbs.size());
@@ -375,7 +363,7 @@ private:
     }
     [[nodiscard]] const LimbUse& occupant(std::uint32_t limb, std::uint32_t anchor) const
     {
-        return limbs_.children[limbs_.limbs[limb].firstChild + anchor];
+        return loadOf(limbs_, limb)[anchor];
     }
     [[nodiscard]] bool everOccupied(const std::vector<std::uint32_t>& kin, std::uint32_t anchor) const
     {

@@ -41,9 +41,8 @@ std::vector<std::uint64_t> loadsOf(const LimbTable& limbs, const TemplateLibrary
         const Limb& limb = limbs.limbs[index];
         Hash64 hash;
         hash.value(words[limb.piece]);
-        for (std::size_t a = 0; a < library.templates[limb.piece].anchors.size(); ++a)
+        for (const LimbUse& child : loadOf(limbs, index))
         {
-            const LimbUse& child = limbs.children[limb.firstChild + a];
             if (child.limb == kNoInstance)
                 hash.value(std::uint64_t{0});
             else

@@ -280,14 +280,8 @@ public:
     [[nodiscard]] KinTrial trialOf(Outcome outcome) &&
     {
         classes_.weight = outcome.weight;
-        return {std::move(classes_),
-                std::move(outcome.window),
-                outcome.accepted,
-                outcome.equal,
-                outcome.difference,
-                0,
-                false,
-                {}};
+        return {
+            std::move(classes_), std::move(outcome.window), outcome.accepted, outcome.equal, outcome.difference, 0, {}};
     }
 
 private:
@@ -386,9 +380,8 @@ Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall, std::vect
             auto missed = shortfall(*trial);
             if (!missed)
                 return tl::make_unexpected(missed.error());
-            score /= 1 + missed->missed;
-            trial->compared = missed->compared;
-            trial->bars = std::move(missed->bars);
+            trial->shortfall = std::move(*missed);
+            score /= 1 + trial->shortfall.missed;
         }
         tried.push_back(*trial);
         tried.back().classes = {level, trial->classes.weight, {}, {}, {}, {}};

@@ -36,9 +36,8 @@ struct KinTrial
     /// Median edit distance between two of them over the sum of their instances; of trees that are not small an
     /// estimate, held to exact distances where there is time for some.
     double difference = 0;
-    double score = 0;              ///< How near all this comes to what is wanted, [0, 1].
-    bool compared = false;         ///< Its shortfall was asked for:
-    std::vector<std::string> bars; ///< what its trees miss beyond that.
+    double score = 0;       ///< How near all this comes to what is wanted, [0, 1].
+    KinShortfall shortfall; ///< As far as it was asked for.
 };
 
 /// Grows trees of choices of classes and weight, from seeds of its own, and says what they come to.

@@ -185,9 +185,6 @@ KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalS
     return classes;
 }
 
-namespace {
-
-/// What hangs at the anchors of a limb; as many as its template has.
 std::span<const LimbUse> loadOf(const LimbTable& limbs, std::uint32_t limb)
 {
     // The next limb's children follow; behind the last there are none.
@@ -195,6 +192,8 @@ std::span<const LimbUse> loadOf(const LimbTable& limbs, std::uint32_t limb)
     const std::size_t end = limb + 1 < limbs.limbs.size() ? limbs.limbs[limb + 1].firstChild : limbs.children.size();
     return std::span(limbs.children).subspan(first, end - first);
 }
+
+namespace {
 
 /// Whether nothing ever hangs at any of these limbs.
 bool isBare(const LimbTable& limbs, const std::vector<std::uint32_t>& kin)

@@ -91,6 +91,22 @@ struct KinClasses
 /// `totalSegments`: size of a whole drawn tree.
 [[nodiscard]] KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalSegments);
 
+/// What hangs at the anchors of a limb; as many as its template has.
+[[nodiscard]] std::span<const LimbUse> loadOf(const LimbTable& limbs, std::uint32_t limb);
+
+/// Calls function(number of the first limb, length) for each run of a class, in order.
+template <class Function>
+void forEachRun(const KinClasses& classes, std::uint32_t c, Function&& function)
+{
+    const auto size = static_cast<std::uint32_t>(classes.kin[c].size());
+    for (std::uint32_t first = 0, run = 0; first < size; ++run)
+    {
+        const std::uint32_t length = classes.runs.empty() ? 1 : classes.runs[c][run];
+        function(first, length);
+        first += length;
+    }
+}
+
 /// What it takes to tell one of so many from the others.
 [[nodiscard]] double bitsOf(double choices);
 

@@ -130,16 +130,9 @@ PqGrams PqGramCounter::take()
 void PqGramCounter::widen()
 {
     const std::vector<PqGrams::Count> old = std::exchange(slots_, std::vector<PqGrams::Count>(4 * slots_.size()));
-    const std::size_t last = slots_.size() - 1;
     for (const PqGrams::Count& slot : old)
-    {
-        if (slot.count == 0)
-            continue;
-        std::size_t place = (slot.gram * 0x9e3779b97f4a7c15u) >> 32 & last;
-        while (slots_[place].count > 0)
-            place = (place + 1) & last;
-        slots_[place] = slot;
-    }
+        if (slot.count > 0)
+            slotOf(slot.gram) = slot;
 }
 
 PqGrams pqGramsOf(const LabelledTree& tree)

@@ -54,15 +54,11 @@ public:
     /// One that was counted elsewhere.
     void add(PqGrams::Count counted)
     {
-        const std::uint64_t gram = counted.gram;
-        const std::size_t last = slots_.size() - 1;
-        std::size_t place = (gram * 0x9e3779b97f4a7c15u) >> 32 & last;
-        while (slots_[place].count > 0 && slots_[place].gram != gram)
-            place = (place + 1) & last;
-        slots_[place].gram = gram;
+        PqGrams::Count& slot = slotOf(counted.gram);
+        const bool isNew = slot.count == 0;
+        slot.gram = counted.gram;
+        slot.count += counted.count;
         total_ += counted.count;
-        const bool isNew = slots_[place].count == 0;
-        slots_[place].count += counted.count;
         if (isNew && 2 * ++used_ > slots_.size())
             widen();
     }
@@ -71,6 +67,15 @@ public:
     void clear();
 
 private:
+    /// Where a gram is counted, or would be.
+    [[nodiscard]] PqGrams::Count& slotOf(std::uint64_t gram)
+    {
+        const std::size_t last = slots_.size() - 1;
+        std::size_t place = (gram * 0x9e3779b97f4a7c15u) >> 32 & last;
+        while (slots_[place].count > 0 && slots_[place].gram != gram)
+            place = (place + 1) & last;
+        return slots_[place];
+    }
     void widen();
 
     std::vector<PqGrams::Count> slots_; ///< A power of two of them, open addressing; 0 counted: empty.

@@ -42,9 +42,7 @@ inline TemplateLibrary mixedLibrary()
 /// repeat, so that some subtrees are equal.
 inline Archetype randomArchetype(Seed seed, std::uint32_t instances, std::uint32_t trees = 1)
 {
-    Archetype archetype;
-    archetype.libraryName = "mixed.templates";
-    archetype.library = mixedLibrary();
+    Archetype archetype{"mixed.templates", mixedLibrary(), {}};
     struct OpenAnchor
     {
         std::uint32_t parent;
@@ -91,9 +89,7 @@ enum class Repetition
 /// have: of what it carries a leading shoot gets up to two thirds. About 2.5 log2(instances) instances deep.
 inline Archetype grownArchetype(Seed seed, std::uint32_t instances, Repetition repetition)
 {
-    Archetype archetype;
-    archetype.libraryName = "mixed.templates";
-    archetype.library = mixedLibrary();
+    Archetype archetype{"mixed.templates", mixedLibrary(), {}};
     struct Pending
     {
         std::uint32_t parent;
@@ -158,9 +154,7 @@ inline Archetype grownArchetype(Seed seed, std::uint32_t instances, Repetition r
 /// One shoot upon the other.
 inline Archetype chain(std::uint32_t instances)
 {
-    Archetype archetype;
-    archetype.libraryName = "mixed.templates";
-    archetype.library = mixedLibrary();
+    Archetype archetype{"mixed.templates", mixedLibrary(), {}};
     const auto shoot = static_cast<std::uint32_t>(archetype.library.find("shoot"));
     for (std::uint32_t i = 0; i < instances; ++i)
         archetype.instances.push_back({shoot, i == 0 ? kNoInstance : i - 1, 0, {1, 0, 45, 0}});
