@@ -1,8 +1,8 @@
 #include "Command.h"
 
-#include <Espalier/Archetype/Spatial.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Inference/Comparison.h>
+#include <Espalier/Inference/Exemplars.h>
 #include <Espalier/Render/Chart.h>
 #include <algorithm>
 #include <cmath>
@@ -177,13 +177,7 @@ void compareTrees(const CompareOptions& options)
         failUsage("compare: expected A.archetype ... and the S.species that was inferred from them");
     if (!options.charts.empty() && std::filesystem::path(options.charts).extension() != ".png")
         failUsage("compare: " + options.charts + ": expected charts in a file that ends in .png");
-    // What the species was inferred from had depth, if it says so.
-    if (!species->provenance.spatial.empty())
-    {
-        const std::vector<Azimuths> azimuths = orFailIn(speciesPath, parseAzimuths(species->provenance.spatial));
-        for (Archetype& archetype : archetypes)
-            archetype = giveDepth(archetype, azimuths);
-    }
+    const Archetype exemplars = orFailIn(speciesPath, exemplarsOf(archetypes, species->provenance));
     const SeedRange range = parseSeeds(options.seeds);
     if (range.exemplar || range.count() < 2)
         failUsage("--seeds " + options.seeds + ": expected at least 2 seeds, such as 1..2000");
@@ -191,7 +185,7 @@ void compareTrees(const CompareOptions& options)
     comparison.first = Seed{range.first};
     comparison.seeds = static_cast<std::uint32_t>(range.count());
     comparison.progress = terminalProgress();
-    const Comparison result = orFailIn(speciesPath, compare(archetypes, *species, comparison));
+    const Comparison result = orFailIn(speciesPath, compare({&exemplars, 1}, *species, comparison));
     if (!options.charts.empty())
         writeCharts(options.charts, result, *species);
     if (options.json)

@@ -20,9 +20,11 @@ struct InferOptions
     std::string preset = "kin";
     std::optional<double> mergeWeight;
     std::optional<double> ruleWeight;
-    double jitter = kUsualJitter;
+    // Not said: as when the species was inferred before, or else as usual.
+    std::optional<double> jitter;
     std::vector<std::uint32_t> weights;
-    std::string spatial;
+    std::optional<std::string> spatial;
+    std::optional<bool> mirror;
     std::string name;
     bool trace = false;
     bool explain = false;
@@ -66,11 +68,6 @@ std::optional<Species> formerSpecies(const InferOptions& options)
               {},
               advice,
               {options.output, 0, 0}});
-    const Provenance& p = former->provenance;
-    if ((!p.weights.empty() && options.weights.empty()) || (!p.spatial.empty() && options.spatial.empty()) ||
-        (p.jitter != kUsualJitter && options.jitter == kUsualJitter))
-        std::cerr << options.output
-                  << ": was inferred with --weights, --spatial or --jitter; what is not said again is as usual now\n";
     if (former->provenance.grammar.empty())
         std::cerr << options.output
                   << ": written by an earlier version, which did not tell edits from what it inferred: they are "
@@ -81,6 +78,10 @@ std::optional<Species> formerSpecies(const InferOptions& options)
               "edits made with `grammar --set`",
               "keep the text (`grammar > G.lsys`), infer with --fresh, and put the edits back with `grammar --set`",
               {options.output, 0, 0}});
+    if (hasEditedTables(*former))
+        std::cerr
+            << options.output
+            << ": its tables or its window were edited in the file; they are inferred anew, without these edits\n";
     if (hasEdits(*former) && !method.starts_with(options.preset + " "))
         fail({ErrorKind::BadInput,
               "it holds " + held + " of what " + method + " inferred",
@@ -88,6 +89,65 @@ std::optional<Species> formerSpecies(const InferOptions& options)
               advice,
               {options.output, 0, 0}});
     return std::move(*former);
+}
+
+/// What an archetype's trees counted each when a species was inferred; none where those were other trees.
+std::vector<std::uint32_t> recalledWeights(const Provenance& provenance, const std::vector<Archetype>& archetypes)
+{
+    std::vector<std::uint32_t> weights;
+    std::size_t tree = 0;
+    for (const Archetype& archetype : archetypes)
+    {
+        if (tree < provenance.weights.size())
+            weights.push_back(provenance.weights[tree]);
+        tree +=
+            static_cast<std::size_t>(std::ranges::count(archetype.instances, kNoInstance, &TemplateInstance::parent));
+    }
+    if (tree * (provenance.mirror ? 2 : 1) != provenance.weights.size())
+        weights.clear();
+    return weights;
+}
+
+std::string defaultName(const InferOptions& options)
+{
+    return std::filesystem::path(options.archetypes[0]).stem().string();
+}
+
+/// How a species was inferred holds until something else is said. Tells what is taken over.
+void recall(const Species& former, const std::vector<Archetype>& archetypes, InferOptions& options)
+{
+    const Provenance& p = former.provenance;
+    std::string said;
+    if (options.name.empty() && former.name != defaultName(options))
+    {
+        options.name = former.name;
+        said += " --name " + quoteJson(former.name);
+    }
+    if (!options.jitter && p.jitter != kUsualJitter)
+    {
+        options.jitter = p.jitter;
+        said += " --jitter " + formatNumber(p.jitter);
+    }
+    if (!options.spatial && !p.spatial.empty())
+    {
+        options.spatial = p.spatial;
+        said += " --spatial " + p.spatial;
+    }
+    if (!options.mirror && p.mirror)
+    {
+        options.mirror = true;
+        said += " --mirror";
+    }
+    if (options.weights.empty() && !p.weights.empty())
+    {
+        options.weights = recalledWeights(p, archetypes);
+        for (std::size_t i = 0; i < options.weights.size(); ++i)
+            said += (i == 0 ? " --weights " : ",") + std::to_string(options.weights[i]);
+        if (options.weights.empty())
+            std::cerr << options.output << ": was inferred from other trees with --weights; now all count alike\n";
+    }
+    if (!said.empty())
+        std::cout << options.output << ": inferred as before, with" << said << '\n';
 }
 
 /// The beginning and the end of a rule: its symbol, and its weight and transform.
@@ -111,12 +171,14 @@ void carry(const Species& former, Species& species, const std::string& path)
                   << "` is not carried over: " << conflict.reason
                   << "; the grammar has it as inferred: edit it again with `grammar --set`, or let it be with "
                      "`grammar --dismiss`\n";
+    if (hasEditedPipes(former))
+        std::cout << path << ": its pipes, which were edited, are kept\n";
     if (hasEdits(species))
         std::cout << path << ": " << counted(carried.edits, "edit") << " and " << counted(carried.locks, "lock")
                   << " kept, " << counted(species.conflicts.size(), "conflict") << " to settle\n";
 }
 
-void infer(const InferOptions& options)
+void infer(InferOptions options)
 {
     if (options.output.empty() && !options.trace && !options.explain)
         failUsage("infer: expected -o S.species, or --trace or --explain to see the grammar or the reasons only");
@@ -125,21 +187,13 @@ void infer(const InferOptions& options)
     for (const std::optional<double>& weight : {options.mergeWeight, options.ruleWeight})
         if (weight && !std::isfinite(*weight))
             failUsage("infer: expected a weight from 0 to 1");
-    if (!std::isfinite(options.jitter))
+    if (options.jitter && !std::isfinite(*options.jitter))
         failUsage("infer: expected a jitter from 0 to 1");
     if (!options.output.empty() && std::filesystem::path(options.output).extension() != ".species")
         failUsage("infer: " + options.output + ": expected an output that ends in .species");
     if (!options.weights.empty() && options.weights.size() != options.archetypes.size())
         failUsage("infer: expected --weights with a number for each of the " +
                   counted(options.archetypes.size(), "archetype"));
-    std::vector<Azimuths> spatial;
-    if (!options.spatial.empty())
-    {
-        auto azimuths = parseAzimuths(options.spatial);
-        if (!azimuths)
-            failUsage("infer --spatial: " + azimuths.error().what + "; expected " + azimuths.error().expected);
-        spatial = std::move(*azimuths);
-    }
     std::vector<Archetype> archetypes;
     for (const std::string& path : options.archetypes)
     {
@@ -148,14 +202,25 @@ void infer(const InferOptions& options)
         archetypes.push_back(options.templates.load(path));
     }
     const std::optional<Species> former = formerSpecies(options);
+    if (former && former->provenance.method.starts_with(options.preset + " "))
+        recall(*former, archetypes, options);
+    std::vector<Azimuths> spatial;
+    if (options.spatial)
+    {
+        auto azimuths = parseAzimuths(*options.spatial);
+        if (!azimuths)
+            failUsage("infer --spatial: " + azimuths.error().what + "; expected " + azimuths.error().expected);
+        spatial = std::move(*azimuths);
+    }
     InferenceOptions inference;
     inference.preset = options.preset;
     inference.mergeWeight = options.mergeWeight;
     inference.ruleWeight = options.ruleWeight;
-    inference.jitter = options.jitter;
+    inference.jitter = options.jitter.value_or(kUsualJitter);
     inference.weights = options.weights;
     inference.spatial = spatial;
-    inference.name = options.name.empty() ? std::filesystem::path(options.archetypes[0]).stem().string() : options.name;
+    inference.mirror = options.mirror.value_or(false);
+    inference.name = options.name.empty() ? defaultName(options) : options.name;
     inference.progress = terminalProgress();
     if (options.trace)
         inference.trace = [](std::string_view pass, const std::string& summary, const std::string& grammar) {
@@ -204,9 +269,9 @@ void addInfer(CLI::App& app)
         ->check(CLI::Range(0.0, 1.0));
     verb->add_option(
             "--jitter", options->jitter,
-            "0..1. kin: how far parameters are moved, as a share of what each was drawn to vary; 0: not at all")
-        ->check(CLI::Range(0.0, 1.0))
-        ->capture_default_str();
+            "0..1. kin: how far parameters are moved, as a share of what each was drawn to vary; 0: not at all; "
+            "default: 0.1")
+        ->check(CLI::Range(0.0, 1.0));
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
     verb->add_option("--weights", options->weights,
                      "kin: how often each archetype counts, 1..1000, such as 3,1; default: all alike")
@@ -218,8 +283,12 @@ void addInfer(CLI::App& app)
         "Give planar archetypes depth: branches stand round their axis by phyllotaxis (137.5 degrees from "
         "one to the next) or at random; several with commas, for branches of the trunk, of its limbs, ..., "
         "where `drawn` leaves them");
+    verb->add_flag_function(
+        "--mirror,!--no-mirror", [options](std::int64_t times) { options->mirror = times > 0; },
+        "kin: mirror images of what was drawn, of the tree and of every branch, teach the species too");
     verb->add_flag("--fresh", options->fresh,
-                   "Overwrite S.species whatever it holds; else its edits and locks are carried over");
+                   "Overwrite S.species whatever it holds; else its edits and locks are carried over, and --name, "
+                   "--jitter, --weights, --spatial and --mirror stay as they were until said otherwise");
     verb->add_flag("--explain", options->explain,
                    "Print why: the classes that were tried, and what became one, with its gain in bits");
     verb->add_flag("--trace", options->trace, "Print the grammar after each pass");

@@ -300,6 +300,16 @@ expect "jitter of a preset that has none" 3 "moves no parameters" "$espalier" in
 "$espalier" infer "$content/Thesis.archetype" --spatial phyllotaxis,random -o spatial.species > /dev/null
 expect "a planar tree with depth" 0 '"spatial": "phyllotaxis,random"' cat spatial.species
 expect "compared with what it was learned from" 0 '"azimuth"' "$espalier" compare "$content/Thesis.archetype" spatial.species --seeds 1..20 --json
+expect "as it was inferred before" 0 "as before, with --spatial phyllotaxis,random" \
+    "$espalier" infer "$content/Thesis.archetype" -o spatial.species
+expect "until something else is said" 0 "spatial.species: 17 instances" \
+    "$espalier" infer "$content/Thesis.archetype" --spatial drawn -o spatial.species
+expect "flat again" 1 "" grep "spatial.*phyllotaxis" spatial.species
+expect "mirror images" 0 "" "$espalier" infer "$content/Thesis.archetype" --mirror -o mirror.species
+expect "that are remembered" 0 "as before, with --mirror" "$espalier" infer "$content/Thesis.archetype" -o mirror.species
+expect "whose rules say so" 0 "mirrored" "$espalier" grammar mirror.species
+expect "compared with mirror images" 0 '"exemplars": 2' "$espalier" compare "$content/Thesis.archetype" mirror.species --seeds 1..20 --json
+expect "and without them again" 0 "17 instances" "$espalier" infer "$content/Thesis.archetype" --no-mirror -o mirror.species
 expect "azimuths that are none" 2 "phyllotaxis, random or drawn" "$espalier" infer "$content/Thesis.archetype" --spatial spiral -o x.species
 expect "weights of archetypes" 0 " : 3" "$espalier" infer "$content/Thesis.archetype" "$repository/Tests/Golden/Data/Thesis.archetype" \
     --weights 3,1 --trace

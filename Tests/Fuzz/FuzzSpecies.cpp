@@ -1,12 +1,32 @@
-// Reads `.species` files, which are mod content. What is read prints to a text that reads back the same, and grows
-// within its budget.
+// Reads `.species` files, which are mod content. What is read prints to a text that reads back the same, grows within
+// its budget, and gives its edits to what is inferred anew.
 
 #include "Fuzzing.h"
 
+#include <Espalier/Inference/Inference.h>
+#include <Espalier/Inference/RuleEdits.h>
 #include <Espalier/Plant/Skeleton.h>
 #include <Espalier/Species/Grow.h>
 
 using namespace espalier;
+
+namespace {
+
+/// Of two forks and three shoots.
+Species inferred()
+{
+    Archetype archetype;
+    archetype.libraryName = "x.templates";
+    archetype.library = parseTemplates("fork: F[-FX]+FY\nshoot: F(0.5)FX\n", "x.templates", {}).value();
+    archetype.instances = {{0, kNoInstance, 0, {1, 0, 45, 0}},
+                           {0, 0, 0, {1, 10, 45, 0}},
+                           {1, 0, 1, {1, 0, 45, 90}},
+                           {1, 1, 0, {0.5, 0, 45, 0}},
+                           {1, 1, 1, {0.5, 0, 45, 0}}};
+    return inferSpecies({&archetype, 1}, {.mergeWeight = 0.5, .ruleWeight = 1.0}).value();
+}
+
+} // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
@@ -31,5 +51,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     fuzzing::promise(grower->grow(Seed{1}, options, scratch, twin).has_value() == grown &&
                          hashOf(twin) == hashOf(skeleton),
                      "the same seed grows the same tree");
+
+    static const Species kInferred = inferred();
+    Species anew = kInferred;
+    options.attempt = 0;
+    const CarriedEdits carried = carryEdits(*species, anew, options);
+    fuzzing::promise(anew.conflicts.size() >= carried.conflicts.size(), "new conflicts are kept");
+    const auto merged = parseSpecies(printSpecies(anew), "merged.species");
+    fuzzing::promiseValue(merged, "a merged species reads back");
+    fuzzing::promise(*merged == anew, "a merged species reads back the same");
     return 0;
 }

@@ -16,21 +16,42 @@ std::size_t TemplateLibrary::find(std::string_view name) const noexcept
     return static_cast<std::size_t>(std::ranges::find(templates, name, &Template::name) - templates.begin());
 }
 
+namespace {
+
+constexpr std::string_view kDigits = "0123456789";
+
+/// A name without the mark of mirror images.
+std::string_view unmirrored(std::string_view name)
+{
+    // Where another template was called so, a number follows (mergeArchetypes).
+    const std::size_t end = name.find_last_not_of(kDigits);
+    const bool isNumbered = end != std::string_view::npos && end + 1 < name.size() && name[end] == '_';
+    const std::string_view marked = isNumbered ? name.substr(0, end) : name;
+    if (marked.size() <= kMirrored.size() || !marked.ends_with(kMirrored))
+        return name;
+    return unmirrored(marked.substr(0, marked.size() - kMirrored.size()));
+}
+
+/// A name without the number of a bend.
+std::string_view unbent(std::string_view name)
+{
+    constexpr std::string_view kBent = "_bent";
+    const std::string_view marked = name.substr(0, name.find_last_not_of(kDigits) + 1);
+    if (marked.size() == name.size() || marked.size() <= kBent.size() || !marked.ends_with(kBent))
+        return name;
+    return marked.substr(0, marked.size() - kBent.size());
+}
+
+} // namespace
+
 std::vector<std::uint32_t> kindsOf(const TemplateLibrary& library)
 {
-    const auto stemOf = [](std::string_view name) {
-        constexpr std::string_view kBent = "_bent";
-        const std::size_t digits = name.find_last_not_of("0123456789") + 1;
-        const std::string_view before = name.substr(0, digits);
-        const bool isVariant = digits < name.size() && before.size() > kBent.size() && before.ends_with(kBent);
-        return isVariant ? before.substr(0, before.size() - kBent.size()) : name;
-    };
     std::map<std::pair<std::string_view, std::string_view>, std::uint32_t> firsts;
     std::vector<std::uint32_t> kinds;
     for (std::uint32_t i = 0; i < library.templates.size(); ++i)
     {
         const Template& piece = library.templates[i];
-        kinds.push_back(firsts.try_emplace({stemOf(piece.name), piece.anchors}, i).first->second);
+        kinds.push_back(firsts.try_emplace({unbent(unmirrored(piece.name)), piece.anchors}, i).first->second);
     }
     return kinds;
 }

@@ -45,9 +45,12 @@ struct TemplateLibrary
     friend bool operator==(const TemplateLibrary&, const TemplateLibrary&) = default;
 };
 
-/// Of each template the first of its kind. `bough_bent1`, `bough_bent2`, ... are of the kind of `bough`, drawn along
-/// other lines, if they have its anchors in its order; every other template is a kind of its own. Templates of a kind
-/// are one piece: a tree in which one stands for the other has the same branches, bent otherwise.
+/// What the name of a template's mirror image ends with (mirrorImage).
+inline constexpr std::string_view kMirrored = "_mirrored";
+
+/// Of each template the first of its kind. `bough_bent1`, `bough_bent2`, ... and `bough_mirrored` are of the kind of
+/// `bough`, drawn along other lines, if they have its anchors in its order; every other template is a kind of its own.
+/// Templates of a kind are one piece: a tree in which one stands for the other has the same branches, bent otherwise.
 [[nodiscard]] std::vector<std::uint32_t> kindsOf(const TemplateLibrary& library);
 
 /// Reads the text of a `.templates` file: one template a line, `name: word` or a bare word, which is then

@@ -1,5 +1,7 @@
 #include <Espalier/Inference/Exemplars.h>
 
+#include <Espalier/Archetype/Mirror.h>
+#include <array>
 #include <map>
 #include <set>
 #include <string>
@@ -40,6 +42,35 @@ Archetype mergeArchetypes(std::span<const Archetype> archetypes)
         }
     }
     return all;
+}
+
+Limits exemplarLimits()
+{
+    Limits limits;
+    limits.nodes = 16u << 20;
+    return limits;
+}
+
+Archetype exemplarsOf(std::span<const Archetype> archetypes, std::span<const Azimuths> spatial, bool mirror)
+{
+    Archetype drawn = giveDepth(mergeArchetypes(archetypes), spatial);
+    if (!mirror)
+        return drawn;
+    Archetype image = mirrorImage(drawn);
+    return mergeArchetypes(std::array{std::move(drawn), std::move(image)});
+}
+
+Expected<Archetype> exemplarsOf(std::span<const Archetype> archetypes, const Provenance& provenance)
+{
+    std::vector<Azimuths> azimuths;
+    if (!provenance.spatial.empty())
+    {
+        auto read = parseAzimuths(provenance.spatial);
+        if (!read)
+            return tl::make_unexpected(read.error());
+        azimuths = std::move(*read);
+    }
+    return exemplarsOf(archetypes, azimuths, provenance.mirror);
 }
 
 } // namespace espalier

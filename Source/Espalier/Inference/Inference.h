@@ -41,6 +41,11 @@ struct InferenceOptions
     /// Gives the archetypes depth before anything is learned from them (giveDepth); none: they stay as drawn.
     std::vector<Azimuths> spatial{};
 
+    /// kin: what was drawn also counts as a mirror shows it (mirrorImage), whole and branch for branch, as often as
+    /// drawn. So branches that were drawn to one side come to either, each where it looks to the sky as what it stands
+    /// for did (skySidesOf).
+    bool mirror = false;
+
     std::string name = "species"; ///< Of the species.
     Progress progress{};
 

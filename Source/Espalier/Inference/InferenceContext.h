@@ -16,7 +16,7 @@ namespace espalier {
 struct InferenceContext
 {
     const InferenceOptions& options;
-    Archetype exemplars; ///< All archetypes in one: merged library, all trees.
+    Archetype exemplars; ///< All archetypes in one: merged library, all trees; behind them their mirror images.
     AnchorTable anchors; ///< Of `exemplars`.
 
     DraftTree tree;                     ///< helberg: the drawn trees, later with repeated subtrees folded into leaves.

@@ -37,7 +37,7 @@ public:
             if (use.limb != kNoInstance)
                 ++mentions_[classes_.classOf[use.limb]];
         const std::vector<DrawnNode> nodes = drawnNodesOf(context.exemplars);
-        for (std::size_t i = 0; i < nodes.size(); ++i)
+        for (std::size_t i = 0; i < limbs_.drawnInstances; ++i)
             nodesOf_[limbs_.limbOf[i]].push_back(nodes[i]);
     }
 

@@ -64,7 +64,9 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
         result.rotates[piece] = result.rotates[piece] || use.direction.rotation != 0;
         result.rolls[piece] = result.rolls[piece] || use.direction.roll != 0;
     };
-    for (std::size_t tree = 0; tree < limbs.roots.size(); ++tree)
+    // Of mirror images nothing is observed: that branches come to either side says nothing of how much they vary.
+    const bool mirrored = limbs.drawnInstances < limbs.limbOf.size();
+    for (std::size_t tree = 0; tree < limbs.roots.size() / (mirrored ? 2 : 1); ++tree)
         direct(limbs.roots[tree], limbs.rootWeights[tree]);
     for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i)
     {
@@ -75,10 +77,11 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
             result.tableOf[limb.kind] = static_cast<std::uint32_t>(result.tables.size());
             result.tables.push_back({library.templates[limb.kind].name, {}});
         }
-        seen.scalings.insert(seen.scalings.end(), limb.count, limb.scaling);
-        seen.branchings.insert(seen.branchings.end(), limb.count, limb.branchingAngle);
+        const std::uint32_t observations = limb.drawn > 0 ? limb.count : 0;
+        seen.scalings.insert(seen.scalings.end(), observations, limb.scaling);
+        seen.branchings.insert(seen.branchings.end(), observations, limb.branchingAngle);
         for (const LimbUse& use : loadOf(limbs, i))
-            direct(use, limb.count);
+            direct(use, observations);
     }
     // A run has rows of its own, one behind the other; other limbs share what is equal.
     result.rowOf.resize(limbs.limbs.size());

@@ -132,7 +132,7 @@ std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbT
         const std::uint32_t limb = limbs.limbOf[i];
         if (first[limb] == kNoInstance)
             first[limb] = i;
-        if (nodes[limb].size() < RuleOrigin::kMostNodes)
+        if (i < limbs.drawnInstances && nodes[limb].size() < RuleOrigin::kMostNodes)
             nodes[limb].push_back(places.nodes[i]);
     }
 
@@ -164,8 +164,8 @@ std::vector<RuleOrigin> originsOf(const std::vector<KinRule>& rules, const LimbT
         origin.place = place.result();
         if (isStart)
         {
-            origin.count = 1;
-            origin.nodes = {places.nodes[instance]};
+            origin.count = instance < limbs.drawnInstances;
+            origin.nodes.assign(origin.count, places.nodes[instance]);
         }
         else
         {

@@ -46,10 +46,11 @@ std::vector<std::uint32_t> weightsOfInstances(const Archetype& exemplars, std::s
 } // namespace
 
 LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, const std::vector<std::uint32_t>& draws,
-                     std::span<const std::uint32_t> weights)
+                     std::span<const std::uint32_t> weights, std::span<const SkySide> sides)
 {
     const std::vector<std::uint32_t> weightOf = weightsOfInstances(exemplars, weights);
     const auto count = static_cast<std::uint32_t>(exemplars.instances.size());
+    const std::uint32_t drawnInstances = sides.empty() ? count : count / 2;
     const std::vector<std::uint32_t> kinds = kindsOf(exemplars.library);
     std::vector<std::uint32_t> limbOf(count);
     std::unordered_map<std::uint64_t, std::uint32_t> firstWithHash; // looked up, never iterated
@@ -76,8 +77,11 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
                   1,
                   instance.transform.scaling,
                   instance.transform.branchingAngle};
+        if (!sides.empty())
+            limb.side = sides[i];
         Hash64 hash;
         hash.value(instance.piece);
+        hash.value(limb.side);
         hash.value(limb.scaling);
         hash.value(limb.branchingAngle);
         children.clear();
@@ -95,8 +99,8 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
         const auto [entry, isNew] = firstWithHash.try_emplace(hash.result(), kNoInstance);
         std::uint32_t same = entry->second;
         while (same != kNoInstance &&
-               !(found.limbs[same].piece == limb.piece && found.limbs[same].scaling == limb.scaling &&
-                 found.limbs[same].branchingAngle == limb.branchingAngle &&
+               !(found.limbs[same].piece == limb.piece && found.limbs[same].side == limb.side &&
+                 found.limbs[same].scaling == limb.scaling && found.limbs[same].branchingAngle == limb.branchingAngle &&
                  std::equal(children.begin(), children.end(), found.children.begin() + found.limbs[same].firstChild)))
             same = nextWithHash[same];
         if (same == kNoInstance)
@@ -108,7 +112,7 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
             found.children.insert(found.children.end(), children.begin(), children.end());
         }
         found.limbs[same].count += weightOf[i];
-        ++found.limbs[same].drawn;
+        found.limbs[same].drawn += i < drawnInstances;
         limbOf[i] = same;
     }
 
@@ -147,6 +151,7 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
     for (std::uint32_t& limb : limbOf)
         limb = newNumber[limb];
     table.limbOf = std::move(limbOf);
+    table.drawnInstances = drawnInstances;
     return table;
 }
 
@@ -164,14 +169,20 @@ KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalS
     };
     KinClasses classes;
     classes.level = level;
-    std::map<std::tuple<std::uint32_t, double, double>, std::uint32_t> numbers;
+    const bool mirrored = limbs.drawnInstances < limbs.limbOf.size();
+    std::map<std::tuple<std::uint32_t, int, double, double>, std::uint32_t> numbers;
     for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i)
     {
         const Limb& limb = limbs.limbs[i];
         // 0.999: a whole tree, and what is just a band's width smaller, lie inside a band, not on its edge. Half a
         // segment stands for a limb that draws nothing.
         const double share = 0.999 * std::max(0.5, static_cast<double>(limb.segments)) / totalSegments;
-        const auto key = std::tuple(limb.kind, band(share, level.sizeBase), band(limb.height, level.heightBase));
+        // What hangs to one side of an upright limb is upside down on the other: where such occupants are exchanged, an
+        // image is kin to images alone.
+        constexpr int kImage = 2;
+        const bool isImage = mirrored && level.anchors && limb.side == SkySide::Neither && limb.drawn == 0;
+        const int side = isImage ? kImage : static_cast<int>(limb.side);
+        const auto key = std::tuple(limb.kind, side, band(share, level.sizeBase), band(limb.height, level.heightBase));
         const auto [entry, isNew] = numbers.try_emplace(key, static_cast<std::uint32_t>(classes.kin.size()));
         if (isNew)
         {

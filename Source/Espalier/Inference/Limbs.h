@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Espalier/Archetype/Archetype.h>
+#include <Espalier/Archetype/Mirror.h>
 #include <compare>
 #include <cstdint>
 #include <span>
@@ -28,10 +29,11 @@ struct Limb
     std::uint32_t firstChild = 0; ///< Into LimbTable::children; as many as the template has anchors.
     std::uint32_t count = 0;      ///< Occurrences in the drawn trees, each as often as its tree counts.
     std::uint32_t segments = 0;
-    std::uint32_t height = 1;  ///< Nested template instances.
-    double scaling = 1;        ///< Of its first instance.
-    double branchingAngle = 0; ///< Likewise, degrees.
-    std::uint32_t drawn = 0;   ///< Occurrences in the drawn trees.
+    std::uint32_t height = 1;        ///< Nested template instances.
+    double scaling = 1;              ///< Of its first instance.
+    double branchingAngle = 0;       ///< Likewise, degrees.
+    std::uint32_t drawn = 0;         ///< Occurrences in the drawn trees; 0: only their mirror images have it.
+    SkySide side = SkySide::Neither; ///< Where mirror images count too: what stands for it must look to the sky alike.
 };
 
 /// What hangs at a place.
@@ -51,14 +53,16 @@ struct LimbTable
     std::vector<LimbUse> roots;             ///< The whole trees.
     std::vector<std::uint32_t> rootWeights; ///< How often each counts.
     std::vector<std::uint32_t> limbOf;      ///< The limb that begins with each instance of the drawn trees.
+    std::uint32_t drawnInstances = 0;       ///< That are no mirror images; these follow.
 };
 
 /// Hash-consing, linear time: limbs are equal if template, scaling, branching angle (to the bit) and all that they
 /// carry are. `draws[t]` is the number of segments that template t draws; `weights` says how often each tree counts,
-/// empty: once.
+/// empty: once. If there are `sides`, of each instance, the second half of the instances are mirror images of the
+/// first, and limbs of different sides differ.
 [[nodiscard]] LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors,
-                                   const std::vector<std::uint32_t>& draws,
-                                   std::span<const std::uint32_t> weights = {});
+                                   const std::vector<std::uint32_t>& draws, std::span<const std::uint32_t> weights = {},
+                                   std::span<const SkySide> sides = {});
 
 /// Segments drawn by each template of a library.
 [[nodiscard]] std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library);

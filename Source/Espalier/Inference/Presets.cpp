@@ -73,6 +73,9 @@ Expected<void> checkOptions(std::span<const Archetype> archetypes, const Inferen
     if (options.jitter != kUsualJitter && options.preset != "kin")
         return failure(ErrorKind::BadInput, {}, "the preset " + options.preset + " moves no parameters",
                        "a jitter with the preset kin only");
+    if (options.mirror && options.preset != "kin")
+        return failure(ErrorKind::BadInput, {}, "the preset " + options.preset + " mirrors nothing",
+                       "mirror images with the preset kin only");
     if (options.weights.empty())
         return {};
     constexpr std::uint32_t kMostWeight = 1000;
@@ -91,12 +94,9 @@ Expected<void> checkOptions(std::span<const Archetype> archetypes, const Inferen
     return {};
 }
 
-/// Of one drawn tree, four for each instance that an inference takes at most; a skeleton of so many is two gigabytes.
-constexpr std::uint32_t kMostExemplarSegments = 16u << 20;
-
-/// How often each drawn tree counts, without a common factor; none where all count alike.
+/// How often each drawn tree counts, without a common factor, and its mirror image; none where all count alike.
 Expected<std::vector<std::uint32_t>> weightsOfTrees(std::span<const Archetype> archetypes,
-                                                    const std::vector<std::uint32_t>& weights)
+                                                    const std::vector<std::uint32_t>& weights, bool mirror)
 {
     std::uint32_t divisor = 0;
     for (const std::uint32_t weight : weights)
@@ -110,6 +110,11 @@ Expected<std::vector<std::uint32_t>> weightsOfTrees(std::span<const Archetype> a
         for (const TemplateInstance& instance : archetypes[i].instances)
             if (instance.parent == kNoInstance)
                 ofTrees.push_back(weight);
+    }
+    if (mirror)
+    {
+        instances *= 2;
+        ofTrees.insert(ofTrees.end(), ofTrees.begin(), ofTrees.end());
     }
     const std::uint64_t most = 4 * std::uint64_t{Limits{}.inferredNodes};
     if (instances > most)
@@ -127,8 +132,7 @@ Expected<void> measureExemplars(const InferenceContext& context, Species& specie
     std::uint64_t segments = 0;
     const ArchetypeDrawer drawer(context.exemplars);
     Skeleton skeleton;
-    Limits limits;
-    limits.nodes = kMostExemplarSegments;
+    const Limits limits = exemplarLimits();
     for (std::size_t tree = 0; tree < drawer.trees(); ++tree)
     {
         if (auto done = drawer.draw(tree, limits, skeleton); !done)
@@ -162,18 +166,20 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
         return failure(ErrorKind::BadInput, {}, "there is no inference preset \"" + options.preset + "\"",
                        "kin or helberg");
 
-    auto weights = weightsOfTrees(archetypes, options.weights);
+    auto weights = weightsOfTrees(archetypes, options.weights, options.mirror);
     if (!weights)
         return tl::make_unexpected(weights.error());
 
     InferenceContext context{
-        options, giveDepth(mergeArchetypes(archetypes), options.spatial), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+        options, exemplarsOf(archetypes, options.spatial, options.mirror), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
     context.anchors = anchorsOf(context.exemplars);
     context.species.name = options.name;
     context.species.provenance.method = preset->method;
     context.species.provenance.archetypes = identityOf(archetypes);
     context.species.provenance.weights = std::move(*weights);
-    context.species.provenance.spatial = printAzimuths(options.spatial);
+    if (std::ranges::any_of(options.spatial, [](Azimuths azimuths) { return azimuths != Azimuths::AsDrawn; }))
+        context.species.provenance.spatial = printAzimuths(options.spatial);
+    context.species.provenance.mirror = options.mirror;
     if (auto done = measureExemplars(context, context.species); !done)
         return tl::make_unexpected(done.error());
 
@@ -189,6 +195,8 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
             options.trace(pass.name, context.summary, context.grammarText);
     }
     context.species.provenance.grammar = identityOf(context.species.grammar);
+    context.species.provenance.tables = tablesIdentityOf(context.species);
+    context.species.provenance.pipes = identityOf(context.species.appearance.pipes);
     if (options.explain && preset->explain)
         options.explain(preset->explain(context));
     options.progress("done", 1);

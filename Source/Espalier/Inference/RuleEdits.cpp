@@ -56,6 +56,8 @@ std::uint32_t countSettings(const Grammar& inferred, const Grammar& edited)
 std::string drawnText(const RuleOrigin& origin)
 {
     std::string text = origin.limbs > 1 ? std::to_string(origin.limbs) + " limbs, " : "";
+    if (origin.count == 0)
+        return text + "mirrored";
     text += std::to_string(origin.count) + " drawn:";
     for (const DrawnNode& node : origin.nodes)
         text += ' ' + std::to_string(node.tree) + ':' + std::to_string(node.node);
@@ -270,6 +272,18 @@ bool hasEdits(const Species& species)
 bool knowsInferred(const Species& species)
 {
     return species.provenance.grammar.empty() || species.provenance.grammar == identityOf(inferredOf(species));
+}
+
+bool hasEditedPipes(const Species& species)
+{
+    const std::string& inferred = species.provenance.pipes;
+    return !inferred.empty() && inferred != identityOf(species.appearance.pipes);
+}
+
+bool hasEditedTables(const Species& species)
+{
+    const std::string& inferred = species.provenance.tables;
+    return !inferred.empty() && inferred != tablesIdentityOf(species);
 }
 
 void setGrammar(Species& species, Grammar edited)

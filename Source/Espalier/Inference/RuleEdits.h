@@ -36,6 +36,10 @@ struct EditSummary
 /// edits.
 [[nodiscard]] bool knowsInferred(const Species& species);
 
+/// True if somebody edited the pipes, which say how thick wood is, in the species' file; likewise its tables or window.
+[[nodiscard]] bool hasEditedPipes(const Species& species);
+[[nodiscard]] bool hasEditedTables(const Species& species);
+
 /// Puts an edited grammar in the place of the species' own. Tables, and the origins of the rules that it keeps, stay;
 /// edits add up, relative to what was inferred, and the inferred text set again removes them all. A lock on a rule that
 /// is no more goes with it. A species that nobody inferred simply gets the grammar.
@@ -64,7 +68,8 @@ struct CarriedEdits
 /// carried if inference did not change the same thing, and if what they name is still there. All else becomes a
 /// conflict: the rule is then as inferred. Both species must come from the same preset for
 /// this to make sense. What comes out grows its seed 1 within `trial`, or all edits are conflicts. Bark and palette,
-/// which nobody infers, are those of `before`.
+/// which nobody infers, are those of `before`, and so are pipes that somebody edited; tables and window are the new
+/// ones.
 [[nodiscard]] CarriedEdits carryEdits(const Species& before, Species& inferred, const GrowOptions& trial = {});
 
 } // namespace espalier

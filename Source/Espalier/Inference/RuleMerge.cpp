@@ -665,6 +665,8 @@ CarriedEdits carryEdits(const Species& before, Species& inferred, const GrowOpti
     // What is not inferred is somebody's, without being asked.
     inferred.appearance.bark = before.appearance.bark;
     inferred.appearance.palette = before.appearance.palette;
+    if (hasEditedPipes(before))
+        inferred.appearance.pipes = before.appearance.pipes;
     const std::vector<EditConflict> formerConflicts = before.conflicts;
     if (hasEdits(before))
     {

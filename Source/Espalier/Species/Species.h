@@ -36,16 +36,20 @@ struct Provenance
 {
     std::string method;     ///< The inference preset and its version, such as "kin 1"; empty for hand-written species.
     std::string archetypes; ///< Hash of what was drawn, 16 hex digits.
-    std::string grammar; ///< Identity of the grammar as inferred (identityOf), so that edits in the file are noticed.
+    // Identities of what was inferred (identityOf), so that edits in the file are noticed. Empty: unknown.
+    std::string grammar;
+    std::string tables; ///< The window's too.
+    std::string pipes;
     double mergeWeight = 0;
     double ruleWeight = 0;
     double jitter = kUsualJitter;       ///< Share of the observed spread by which parameters are moved. [0, 1]
-    std::vector<std::uint32_t> weights; ///< How often each drawn tree counts; empty: all alike.
+    std::vector<std::uint32_t> weights; ///< How often each drawn tree counts, and mirror image; empty: all alike.
     std::string spatial;                ///< How azimuths were given to what was drawn (printAzimuths); empty: not.
+    bool mirror = false;                ///< Mirror images of what was drawn taught it too.
     std::uint32_t exemplarSegments = 0; ///< Mean over the drawn trees.
     std::uint32_t exemplarInstances = 0;
-    /// Drawn trees that the rules give back exactly: where the grammar's constant `w` is 0 and the tables are not
-    /// smoothed (Grower::makeExemplar). 0: none.
+    /// Drawn trees, behind them their mirror images, that the rules give back exactly: where the grammar's constant `w`
+    /// is 0 and the tables are not smoothed (Grower::makeExemplar). 0: none.
     std::uint32_t exemplars = 0;
     std::string note; ///< What the designer should know, such as how many relatives the tree allows.
 
@@ -121,6 +125,11 @@ struct Species
 
 /// Identity of a grammar: a hash of its text, 16 hex digits.
 [[nodiscard]] std::string identityOf(const Grammar& grammar);
+
+/// Likewise of a species' tables and window.
+[[nodiscard]] std::string tablesIdentityOf(const Species& species);
+
+[[nodiscard]] std::string identityOf(const PipeModel& pipes);
 
 /// Identity of a species: a hash of its text.
 [[nodiscard]] std::uint64_t hashOf(const Species& species);

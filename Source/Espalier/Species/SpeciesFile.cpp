@@ -193,20 +193,25 @@ Expected<void> readWeights(const Value& value, std::vector<std::uint32_t>& weigh
 
 Expected<void> readProvenance(const Value& value, Provenance& provenance)
 {
-    if (auto done = value.requireObject("provenance", {"method", "archetypes", "grammar", "mergeWeight", "ruleWeight",
-                                                       "jitter", "weights", "spatial", "exemplarSegments",
-                                                       "exemplarInstances", "exemplars", "note"});
+    if (auto done =
+            value.requireObject("provenance", {"method", "archetypes", "grammar", "tables", "pipes", "mergeWeight",
+                                               "ruleWeight", "jitter", "weights", "spatial", "mirror",
+                                               "exemplarSegments", "exemplarInstances", "exemplars", "note"});
         !done)
         return done;
     return Fields(value)
         .string("method", provenance.method)
         .string("archetypes", provenance.archetypes)
         .string("grammar", provenance.grammar)
+        .string("tables", provenance.tables)
+        .string("pipes", provenance.pipes)
         .number("mergeWeight", provenance.mergeWeight, 0, 1)
         .number("ruleWeight", provenance.ruleWeight, 0, 1)
         .number("jitter", provenance.jitter, 0, 1)
         .read("weights", [&](const Value& v) { return readWeights(v, provenance.weights); })
         .string("spatial", provenance.spatial)
+        .read("mirror",
+              [&](const Value& v) { return v.boolean("mirror").map([&](bool mirror) { provenance.mirror = mirror; }); })
         .count("exemplarSegments", provenance.exemplarSegments, 0, 0xffffffffu)
         .count("exemplarInstances", provenance.exemplarInstances, 0, 0xffffffffu)
         .count("exemplars", provenance.exemplars, 0, 0xffffffffu)
@@ -532,12 +537,18 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
     return species;
 }
 
-std::string printSpecies(const Species& species)
+namespace {
+
+/// What reads back as this float, so that 0.2f is written 0.2.
+std::string shortest(float value)
 {
-    std::string out = "{\n  \"espalier\": \"species\",\n  \"version\": " + std::to_string(kVersion) +
-                      ",\n  \"name\": " + quoteJson(species.name) + ",\n  \"grammar\": [\n";
-    printLines(out, species.grammar);
-    out += "  ],\n  \"tables\": {";
+    std::array<char, 32> buffer;
+    return std::string(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
+}
+
+std::string tablesText(const Species& species)
+{
+    std::string out = "  \"tables\": {";
     for (std::size_t t = 0; t < species.tables.size(); ++t)
     {
         const TransformTable& table = species.tables[t];
@@ -547,28 +558,69 @@ std::string printSpecies(const Species& species)
             out += (i == 0 ? "" : ", ") + transformText(table.rows[i]);
         out += "]}";
     }
-    out += species.tables.empty() ? "},\n" : "\n  },\n";
-    if (species.window)
-    {
-        const GrowthWindow& window = *species.window;
-        out += "  \"window\": {\"segments\": " + pair(window.minSegments, window.maxSegments) +
-               ", \"depth\": " + pair(window.minDepth, window.maxDepth) +
-               ", \"attempts\": " + std::to_string(window.attempts) + ", \"copies\": [";
-        for (std::size_t i = 0; i < window.copies.size(); ++i)
-            out += (i == 0 ? "\"" : ", \"") + hexDigits(window.copies[i]) + '"';
-        out += "]},\n";
-    }
-    const auto shortest = [](float value) { // what reads back as this float, so that 0.2f is written 0.2
-        std::array<char, 32> buffer;
-        return std::string(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
+    return out + (species.tables.empty() ? "},\n" : "\n  },\n");
+}
+
+std::string windowText(const Species& species)
+{
+    if (!species.window)
+        return {};
+    const GrowthWindow& window = *species.window;
+    std::string out = "  \"window\": {\"segments\": " + pair(window.minSegments, window.maxSegments) +
+                      ", \"depth\": " + pair(window.minDepth, window.maxDepth) +
+                      ", \"attempts\": " + std::to_string(window.attempts) + ", \"copies\": [";
+    for (std::size_t i = 0; i < window.copies.size(); ++i)
+        out += (i == 0 ? "\"" : ", \"") + hexDigits(window.copies[i]) + '"';
+    return out + "]},\n";
+}
+
+std::string pipesText(const PipeModel& pipes)
+{
+    return "{\"tipRadius\": " + shortest(pipes.tipRadius) + ", \"exponent\": " + shortest(pipes.exponent) +
+           ", \"pipesPerMetre\": " + shortest(pipes.pipesPerMetre) + "}";
+}
+
+/// What is as usual, or unknown, is not mentioned.
+std::string provenanceText(const Provenance& p)
+{
+    const auto identity = [](const char* key, const std::string& value) {
+        return value.empty() ? std::string() : std::string(", \"") + key + "\": " + quoteJson(value);
     };
+    std::string weights;
+    for (const std::uint32_t weight : p.weights)
+        weights += (weights.empty() ? ", \"weights\": [" : ", ") + std::to_string(weight);
+    weights += weights.empty() ? "" : "]";
+    return "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
+           identity("grammar", p.grammar) + identity("tables", p.tables) + identity("pipes", p.pipes) +
+           ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
+           (p.jitter == kUsualJitter ? std::string() : ", \"jitter\": " + formatNumber(p.jitter)) + weights +
+           (p.spatial.empty() ? std::string() : ", \"spatial\": " + quoteJson(p.spatial)) +
+           (p.mirror ? ", \"mirror\": true" : "") + ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) +
+           ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) +
+           ", \"exemplars\": " + std::to_string(p.exemplars) + ", \"note\": " + quoteJson(p.note) + "}";
+}
+
+std::string identityOfText(std::string_view text)
+{
+    Hash64 hash;
+    hash.bytes(text);
+    return hexDigits(hash.result());
+}
+
+} // namespace
+
+std::string printSpecies(const Species& species)
+{
+    std::string out = "{\n  \"espalier\": \"species\",\n  \"version\": " + std::to_string(kVersion) +
+                      ",\n  \"name\": " + quoteJson(species.name) + ",\n  \"grammar\": [\n";
+    printLines(out, species.grammar);
+    out += "  ],\n" + tablesText(species) + windowText(species);
     const auto colourText = [&](const Vec3& colour) {
         return "[" + shortest(colour.x) + ", " + shortest(colour.y) + ", " + shortest(colour.z) + "]";
     };
     const Appearance& a = species.appearance;
-    out += "  \"appearance\": {\n    \"pipes\": {\"tipRadius\": " + shortest(a.pipes.tipRadius) +
-           ", \"exponent\": " + shortest(a.pipes.exponent) + ", \"pipesPerMetre\": " + shortest(a.pipes.pipesPerMetre) +
-           "},\n    \"bark\": {\"colour\": " + colourText(a.bark.colour) +
+    out += "  \"appearance\": {\n    \"pipes\": " + pipesText(a.pipes) +
+           ",\n    \"bark\": {\"colour\": " + colourText(a.bark.colour) +
            ", \"roughness\": " + shortest(a.bark.roughness) + ", \"tile\": " + shortest(a.bark.tile) + "}";
     if (a.palette != defaultPalette())
     {
@@ -578,19 +630,7 @@ std::string printSpecies(const Species& species)
         out += "]";
     }
     out += "\n  },\n";
-    const Provenance& p = species.provenance;
-    std::string weights;
-    for (const std::uint32_t weight : p.weights)
-        weights += (weights.empty() ? ", \"weights\": [" : ", ") + std::to_string(weight);
-    weights += weights.empty() ? "" : "]";
-    out += "  \"provenance\": {\"method\": " + quoteJson(p.method) + ", \"archetypes\": " + quoteJson(p.archetypes) +
-           (p.grammar.empty() ? std::string() : ", \"grammar\": " + quoteJson(p.grammar)) +
-           ", \"mergeWeight\": " + formatNumber(p.mergeWeight) + ", \"ruleWeight\": " + formatNumber(p.ruleWeight) +
-           (p.jitter == kUsualJitter ? std::string() : ", \"jitter\": " + formatNumber(p.jitter)) + weights +
-           (p.spatial.empty() ? std::string() : ", \"spatial\": " + quoteJson(p.spatial)) +
-           ", \"exemplarSegments\": " + std::to_string(p.exemplarSegments) +
-           ", \"exemplarInstances\": " + std::to_string(p.exemplarInstances) +
-           ", \"exemplars\": " + std::to_string(p.exemplars) + ", \"note\": " + quoteJson(p.note) + "}";
+    out += provenanceText(species.provenance);
     printMemory(out, species);
     return out + "\n}\n";
 }
@@ -617,9 +657,17 @@ Expected<void> saveSpecies(const std::filesystem::path& path, const Species& spe
 
 std::string identityOf(const Grammar& grammar)
 {
-    Hash64 hash;
-    hash.bytes(printGrammar(grammar));
-    return hexDigits(hash.result());
+    return identityOfText(printGrammar(grammar));
+}
+
+std::string tablesIdentityOf(const Species& species)
+{
+    return identityOfText(tablesText(species) + windowText(species));
+}
+
+std::string identityOf(const PipeModel& pipes)
+{
+    return identityOfText(pipesText(pipes));
 }
 
 std::uint64_t hashOf(const Species& species)

@@ -561,6 +561,28 @@ TEST(RuleEdits, KeepWhatInferenceDoesNotKnow)
     EXPECT_EQ(anew, alone); // nothing else has changed
 }
 
+TEST(RuleEdits, KeepPipesThatWereEditedInTheFile)
+{
+    Species species = inferred(samples::thesis());
+    EXPECT_FALSE(hasEditedPipes(species) || hasEditedTables(species));
+    species.appearance.pipes.tipRadius *= 2;
+    EXPECT_TRUE(hasEditedPipes(species));
+    EXPECT_FALSE(hasEditedTables(species));
+    const float thick = species.appearance.pipes.tipRadius;
+    for (int times = 0; times < 2; ++times)
+    {
+        (void)again(species, samples::thesis());
+        EXPECT_EQ(species.appearance.pipes.tipRadius, thick) << times;
+        EXPECT_TRUE(hasEditedPipes(species)) << times;
+    }
+    // Those that nobody edited follow the drawing.
+    Species unedited = inferred(samples::thesis());
+    (void)again(unedited, samples::bush());
+    EXPECT_EQ(unedited.appearance.pipes, inferred(samples::bush()).appearance.pipes);
+    unedited.window->maxSegments += 1;
+    EXPECT_TRUE(hasEditedTables(unedited));
+}
+
 TEST(RuleEdits, ThatTogetherDoNotGrowAreConflicts)
 {
     Species species = inferred(samples::thesis());

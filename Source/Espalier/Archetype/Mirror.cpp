@@ -1,0 +1,92 @@
+#include <Espalier/Archetype/Mirror.h>
+
+#include <Espalier/Archetype/Placement.h>
+
+namespace espalier {
+
+namespace {
+
+bool isTurn(char symbol)
+{
+    return symbol == '+' || symbol == '-';
+}
+
+char mirrored(char symbol)
+{
+    switch (symbol)
+    {
+    case '+':
+        return '-';
+    case '-':
+        return '+';
+    case '\\':
+        return '/';
+    case '/':
+        return '\\';
+    default:
+        return symbol;
+    }
+}
+
+/// The rotation that makes a mirrored instance point as far to one side as the drawn one to the other. It moves a turn
+/// of t degrees to t + rotation; that turn stays t in the mirror, and is to become -(t + rotation).
+double mirroredRotation(const Template& piece, const InstanceTransform& transform)
+{
+    if (piece.modules.empty() || !isTurn(piece.modules[0].symbol))
+        return 0 - transform.rotation; // 0 stays 0, not -0
+    const double turn = piece.modules[0].hasNumber ? piece.modules[0].number : transform.branchingAngle;
+    return 0 - transform.rotation - 2 * turn;
+}
+
+} // namespace
+
+Template mirrorImage(const Template& piece)
+{
+    Template image = piece;
+    for (std::size_t i = image.modules.empty() || !isTurn(image.modules[0].symbol) ? 0 : 1; i < image.modules.size();
+         ++i)
+        if (image.modules[i].anchor == kNoAnchor)
+            image.modules[i].symbol = mirrored(image.modules[i].symbol);
+    if (image != piece)
+        image.name += kMirrored;
+    return image;
+}
+
+Archetype mirrorImage(const Archetype& archetype)
+{
+    Archetype image = archetype;
+    for (Template& piece : image.library.templates)
+        piece = mirrorImage(piece);
+    for (TemplateInstance& instance : image.instances)
+    {
+        const Template& piece = archetype.library.templates[instance.piece];
+        instance.transform.rotation = mirroredRotation(piece, instance.transform);
+        instance.transform.roll = 0 - instance.transform.roll;
+    }
+    return image;
+}
+
+Expected<std::vector<SkySide>> skySidesOf(const Archetype& archetype, const Limits& limits)
+{
+    constexpr float kTilted = 0.25f; // sine: below it neither side is up
+    std::vector<SkySide> sides(archetype.instances.size(), SkySide::Neither);
+    std::vector<bool> known(sides.size());
+    const ArchetypeDrawer drawer(archetype);
+    Skeleton skeleton;
+    for (std::size_t tree = 0; tree < drawer.trees(); ++tree)
+    {
+        if (auto done = drawer.draw(tree, limits, skeleton); !done)
+            return tl::make_unexpected(done.error());
+        for (std::uint32_t segment = 0; segment < skeleton.size(); ++segment)
+        {
+            const std::uint32_t instance = skeleton.instanceRecords[skeleton.instances[segment]].row;
+            const float tilt = skeleton.lefts[segment].y;
+            if (!known[instance])
+                sides[instance] = tilt > kTilted ? SkySide::Left : tilt < -kTilted ? SkySide::Right : SkySide::Neither;
+            known[instance] = true;
+        }
+    }
+    return sides;
+}
+
+} // namespace espalier
