@@ -62,7 +62,7 @@ nlohmann::ordered_json toJson(const Comparison& c, std::uint64_t first)
     json["editDistance"] = {{"exemplarMedian", c.editDistance.exemplarMedian},
                             {"pairMedian", c.editDistance.pairMedian},
                             {"compared", c.editDistance.pairs},
-                            {"method", c.editDistance.estimated ? "pq-grams" : "Zhang-Shasha"}};
+                            {"method", c.editDistance.estimated ? "pq-grams and overlay" : "Zhang-Shasha"}};
     json["distinct"] = c.distinct;
     json["copies"] = c.copies;
     json["crown"] = {
@@ -130,8 +130,10 @@ void printReport(const Comparison& c, const Species& species)
               << threeDigits(c.parameters.azimuth.spread) << " degrees, lengths "
               << threeDigits(c.parameters.length.spread) << " m, widths " << threeDigits(c.parameters.width.spread)
               << " m\n"
-              << "edit distances: " << (c.editDistance.estimated ? "estimated by pq-grams" : "Zhang-Shasha") << ", of "
-              << c.editDistance.pairs << " trees\n";
+              << "edit distances: "
+              << (c.editDistance.estimated ? "estimated by pq-grams and by laying trees over each other"
+                                           : "Zhang-Shasha")
+              << ", of " << c.editDistance.pairs << " trees\n";
 }
 
 void writeCharts(const std::string& path, const Comparison& c, const Species& species)

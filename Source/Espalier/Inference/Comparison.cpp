@@ -20,7 +20,7 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Beyond so many instances the edit distance takes seconds a pair, and pq-grams estimate it.
+/// Beyond so many instances the edit distance takes seconds a pair, and is estimated.
 constexpr std::uint32_t kMostEdited = 2000;
 /// Values of one parameter that are kept of all grown trees.
 constexpr double kMostValues = 1 << 20;
@@ -100,29 +100,20 @@ double divergenceOf(const AnchorCounts& a, const AnchorCounts& b)
     return jensenShannon(countsA, countsB);
 }
 
-/// Edit distances over the sums of sizes; by pq-grams where a tree is too large.
+/// Edit distances over the sums of sizes; estimated where a tree is too large.
 class NormalisedDistance
 {
 public:
     explicit NormalisedDistance(bool estimate) : estimate_(estimate) {}
 
-    struct Shape
+    [[nodiscard]] OutlinedTree shapeOf(LabelledTree tree) const
     {
-        LabelledTree tree;
-        PqGrams grams;
-    };
-
-    [[nodiscard]] Shape shapeOf(LabelledTree tree) const
-    {
-        if (estimate_)
-            return {{}, pqGramsOf(tree)};
-        return {std::move(tree), {}};
+        PqGrams grams = estimate_ ? pqGramsOf(tree) : PqGrams{};
+        return {std::move(tree), std::move(grams)};
     }
-    [[nodiscard]] double operator()(const Shape& a, const Shape& b) const
+    [[nodiscard]] double operator()(const OutlinedTree& a, const OutlinedTree& b) const
     {
-        if (estimate_)
-            return estimatedEditDistance(a.grams, b.grams);
-        return normalisedEditDistance(a.tree, b.tree);
+        return estimate_ ? estimatedEditDistance(a, b) : normalisedEditDistance(a.tree, b.tree);
     }
 
 private:
@@ -255,7 +246,7 @@ public:
         InstanceTreeSink sink(labels_, rewritable_);
         GrowScratch scratch;
         Skeleton skeleton;
-        std::optional<NormalisedDistance::Shape> previous;
+        std::optional<OutlinedTree> previous;
         for (std::uint32_t i = 0; i < options_.seeds; ++i)
         {
             if (options_.progress.wantsStop())
@@ -358,17 +349,17 @@ private:
 
     /// Tree `i` with the drawn ones and with the one before it, if it is one of those that are compared: of every
     /// `every_` + 1 trees the last two.
-    void compareShapes(std::uint32_t i, LabelledTree tree, std::optional<NormalisedDistance::Shape>& previous)
+    void compareShapes(std::uint32_t i, LabelledTree tree, std::optional<OutlinedTree>& previous)
     {
         const bool compared = every_ == 1 || i % (every_ + 1) == every_;
         const bool nextIs = every_ == 1 || (i + 1) % (every_ + 1) == every_;
         if (!compared && !nextIs)
             return;
-        NormalisedDistance::Shape shape = distance_.shapeOf(std::move(tree));
+        OutlinedTree shape = distance_.shapeOf(std::move(tree));
         if (compared)
         {
             double nearest = kInfinity;
-            for (const NormalisedDistance::Shape& exemplar : shapes_)
+            for (const OutlinedTree& exemplar : shapes_)
                 nearest = std::min(nearest, distance_(exemplar, shape));
             exemplarDistances_.push_back(nearest);
             if (previous)
@@ -388,7 +379,7 @@ private:
     NormalisedDistance distance_;
     double binHeight_ = 1;
     std::uint32_t stride_ = 1; ///< Of the branches that are kept of each grown tree.
-    std::vector<NormalisedDistance::Shape> shapes_;
+    std::vector<OutlinedTree> shapes_;
     std::set<std::uint64_t> topologies_; ///< Of the drawn trees.
     Gathered drawn_;
     Gathered grown_;

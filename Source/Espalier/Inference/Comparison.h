@@ -67,7 +67,7 @@ struct Comparison
         double exemplarMedian = 0; ///< Edit distance over the sum of the instances.
         double pairMedian = 0;     ///< Likewise, between a tree and the next.
         std::uint32_t pairs = 0;   ///< Trees that were compared each way; large trees: fewer than `seeds`.
-        bool estimated = false;    ///< By pq-grams, as a tree has more than 2,000 instances.
+        bool estimated = false;    ///< By estimatedEditDistance, as a tree has more than 2,000 instances.
     } editDistance;
 
     double distinct = 0; ///< Share of different trees (templates and places; transforms do not count).

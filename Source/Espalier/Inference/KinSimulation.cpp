@@ -110,7 +110,7 @@ void KinSimulation::growRecorded(std::uint32_t root, std::uint32_t mostSegments,
     if (record_ == TreeRecord::Shape)
         growFrom<TreeRecord::Shape>(root, mostSegments, tree);
     else
-        growFrom<TreeRecord::PqGrams>(root, mostSegments, tree);
+        growFrom<TreeRecord::Outline>(root, mostSegments, tree);
 }
 
 /// A node's, once its children are pending: the first of them on top. That they may yet be exchanged does not matter,
@@ -175,10 +175,10 @@ void KinSimulation::addSettled(std::uint32_t limb, std::uint32_t parent)
 template <TreeRecord record>
 void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, SimulatedTree& tree)
 {
-    constexpr bool keepsShape = record == TreeRecord::Shape;
+    constexpr bool isOutline = record == TreeRecord::Outline;
     tree.clear();
     std::uint64_t topology = 0;
-    pending_.assign(1, {root, keepsShape ? 0 : PqGramCounter::kNone, 1, false});
+    pending_.assign(1, {root, 0, 1, false});
     while (!pending_.empty())
     {
         const Pending next = pending_.back();
@@ -193,14 +193,12 @@ void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, Sim
             limb = kinOf(places_[limb]);
         const bool settled = next.settled || settled_[limb];
         const Place place = places_[limb];
-        const std::uint32_t node = keepsShape ? tree.shape.size() : place.piece;
-        if constexpr (keepsShape)
-        {
-            tree.shape.labels.push_back(place.piece);
-            tree.shape.parents.push_back(next.parent);
-        }
-        // Where no shape is written down, what is settled need not be walked.
-        const bool isLump = !keepsShape && settled;
+        const std::uint32_t node = tree.shape.size();
+        const std::uint32_t parentLabel = node == 0 ? PqGramCounter::kNone : tree.shape.labels[next.parent];
+        tree.shape.labels.push_back(place.piece);
+        tree.shape.parents.push_back(next.parent);
+        // Of an outline, what is settled need not be walked.
+        const bool isLump = isOutline && settled;
         note(topology, isLump ? profileOf(limb).topology : place.piece + 1);
         tree.depth = std::max(tree.depth, isLump ? next.depth + limbs_.limbs[limb].height - 1 : next.depth);
         tree.segments += isLump ? limbs_.limbs[limb].segments : place.draws;
@@ -212,7 +210,7 @@ void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, Sim
         }
         if (isLump)
         {
-            addSettled(limb, next.parent);
+            addSettled(limb, parentLabel);
             continue;
         }
         const bool exchangesAnchors = !settled && exchangesAnchors_ && place.members > 1;
@@ -223,11 +221,11 @@ void KinSimulation::growFrom(std::uint32_t root, std::uint32_t mostSegments, Sim
                 exchangesAnchors && exchanges() ? places_[kinOf(place)].firstChild : place.firstChild;
             pending_.push_back({limbs_.children[firstChild + a].limb, node, next.depth + 1, settled});
         }
-        if constexpr (!keepsShape)
-            countGrams(grams_, next.parent, place.piece, firstPending);
+        if constexpr (isOutline)
+            countGrams(grams_, parentLabel, place.piece, firstPending);
     }
     tree.topology = topology;
-    if (!keepsShape && tree.whole)
+    if (isOutline && tree.whole)
         tree.grams = grams_.take();
 }
 

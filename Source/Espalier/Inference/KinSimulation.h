@@ -13,14 +13,14 @@ namespace espalier {
 enum class TreeRecord
 {
     Shape,
-    PqGrams,
+    Outline, ///< The shape down to settled limbs, and the pq-grams of all.
 };
 
 /// A tree that a choice of classes and weight grows, as the limbs that stand in it.
 struct SimulatedTree
 {
-    LabelledTree shape;         ///< A node for each instance, labelled by its template; depth first. Or else:
-    PqGrams grams;              ///< Of the shape, if the tree is whole.
+    LabelledTree shape;         ///< A node for each instance, labelled by its template; depth first.
+    PqGrams grams;              ///< Of an outline, if the tree is whole.
     std::uint32_t segments = 0; ///< Of all instances.
     std::uint32_t depth = 0;    ///< Nested instances.
     std::uint64_t topology = 0; ///< Equal for equal templates at equal anchors, in trees of one simulation.
@@ -62,7 +62,7 @@ private:
     struct Pending
     {
         std::uint32_t limb;
-        std::uint32_t parent; ///< Node of the tree; its label, where no shape is kept.
+        std::uint32_t parent; ///< Node of the tree; in a profile its label.
         std::uint32_t depth;
         bool settled; ///< Nothing is exchanged from here on.
     };

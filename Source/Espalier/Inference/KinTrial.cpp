@@ -27,15 +27,22 @@ double mostEqual(double instances)
     return instances < 25 ? 4e-4 : 1e-4;
 }
 
-constexpr double kTrialInstances = 3e4; ///< Of all trees of a trial; of large ones
-constexpr double kFewTrials = 2e6;      ///< so many, as far as ten trees are fewer.
-constexpr double kFewInstances = 40;    ///< Up to which exact distances take no time.
-constexpr double kManyInstances = 2000; ///< From which on trees are compared by pq-grams alone.
+constexpr double kTrialInstances = 3e4;    ///< Of all trees of a trial; of large ones so many
+constexpr double kFewTrials = 2e6;         ///< as take no more than this.
+constexpr std::size_t kMostCompared = 200; ///< Accepted trees, each with the one before it.
+constexpr double kFewInstances = 40;       ///< Up to which exact distances take no time.
+constexpr double kManyInstances = 2000;    ///< From which on trees are grown in outline.
 
-/// Of a large tree: limbs up to this share of it stand in trials as they were drawn. There are thousands of them, so
-/// that what would be exchanged in each evens out, and a tree drawn in order is quicker to read than one exchanged twig
-/// by twig: cache misses are the most of what growing a large one takes.
-constexpr double kSettledShare = 1.0 / 2000;
+/// Of a large tree: limbs up to this share of it stand in trials as they were drawn, those of a twig in trees of ten
+/// thousands of instances, larger ones the larger it is. There are thousands of them, so that what would be exchanged
+/// in each evens out, and a tree drawn in order is quicker to read than one exchanged twig by twig: cache misses are
+/// the most of what growing a large one takes.
+double settledShareOf(double instances)
+{
+    constexpr double kMost = 1.0 / 2000;
+    constexpr double kByInstance = 1e-9;
+    return instances > kManyInstances ? std::min(kMost, kByInstance * instances) : 0;
+}
 
 double medianOf(std::vector<double> values)
 {
@@ -98,10 +105,9 @@ KinNursery::KinNursery(const TemplateLibrary& library, const LimbTable& limbs, c
         instances_ += limb.count / trees;
 }
 
-/// Trees of large ones are compared by their pq-grams alone.
 TreeRecord KinNursery::record() const
 {
-    return instances_ > kManyInstances ? TreeRecord::PqGrams : TreeRecord::Shape;
+    return instances_ > kManyInstances ? TreeRecord::Outline : TreeRecord::Shape;
 }
 
 bool KinNursery::accepts(const GrowthWindow& window, const Sample& sample) const
@@ -156,13 +162,14 @@ GrowthWindow KinNursery::windowFor(const std::vector<Sample>& samples) const
 KinNursery::Stand KinNursery::growStand(KinSimulation& simulation, const std::vector<std::uint64_t>& drawn,
                                         double weight) const
 {
-    // Trees of hundreds of thousands are much of a size: fewer tell.
-    const double fewest = std::clamp(kFewTrials / std::max(1.0, instances_), 4.0, 10.0);
+    // Outlines are quickly grown. Trees of hundreds of thousands are much of a size: fewer tell.
+    const double enough = record() == TreeRecord::Outline ? 60 : 10;
+    const double fewest = std::clamp(kFewTrials / std::max(1.0, instances_), 4.0, enough);
     const auto trials =
         static_cast<std::uint32_t>(std::clamp(kTrialInstances / std::max(1.0, instances_), fewest, 3000.0));
     Stand stand;
     const auto most = static_cast<std::uint32_t>(std::min(4e9, 1.5 * mostSegments_));
-    std::vector<Shape> shapes(trials);
+    std::vector<OutlinedTree> shapes(trials);
     SimulatedTree tree;
     for (std::uint32_t i = 0; i < trials; ++i)
     {
@@ -173,34 +180,22 @@ KinNursery::Stand KinNursery::growStand(KinSimulation& simulation, const std::ve
             shapes[i] = {tree.shape, std::move(tree.grams)};
     }
     stand.window = windowFor(stand.samples);
-    for (std::size_t i = 0; i < shapes.size(); ++i)
+    for (std::size_t i = 0; i < shapes.size() && stand.accepted.size() < kMostCompared; ++i)
         if (accepts(stand.window, stand.samples[i]))
             stand.accepted.push_back(std::move(shapes[i]));
+    if (instances_ > kFewInstances && record() == TreeRecord::Shape)
+        for (OutlinedTree& accepted : stand.accepted)
+            accepted.grams = pqGramsOf(accepted.tree);
     return stand;
 }
 
-/// The median over neighbours: exact distances of small trees; of large ones what pq-grams say, as `compare` does; and
-/// between, where pq-grams are too low and laying trees over each other is too high, the geometric mean of both.
-double KinNursery::differenceOf(const std::vector<Shape>& shapes) const
+/// The median over neighbours: exact distances of small trees, estimates of others.
+double KinNursery::differenceOf(const std::vector<OutlinedTree>& trees) const
 {
-    constexpr std::size_t kMostShapes = 200;
-    const std::size_t count = std::min(shapes.size(), kMostShapes);
-    const bool isFew = instances_ <= kFewInstances;
-    const bool keepsShapes = record() == TreeRecord::Shape;
-    std::vector<PqGrams> grams; // of the shapes, where they were not counted in growing
-    for (std::size_t i = 0; i < (isFew || !keepsShapes ? 0 : count); ++i)
-        grams.push_back(pqGramsOf(shapes[i].tree));
     std::vector<double> distances;
-    for (std::size_t i = 1; i < count; ++i)
-    {
-        if (isFew)
-            distances.push_back(normalisedEditDistance(shapes[i - 1].tree, shapes[i].tree));
-        else if (!keepsShapes)
-            distances.push_back(estimatedEditDistance(shapes[i - 1].grams, shapes[i].grams));
-        else
-            distances.push_back(std::sqrt(estimatedEditDistance(grams[i - 1], grams[i]) *
-                                          overlaidDistance(shapes[i - 1].tree, shapes[i].tree)));
-    }
+    for (std::size_t i = 1; i < trees.size(); ++i)
+        distances.push_back(instances_ <= kFewInstances ? normalisedEditDistance(trees[i - 1].tree, trees[i].tree)
+                                                        : estimatedEditDistance(trees[i - 1], trees[i]));
     return medianOf(std::move(distances));
 }
 
@@ -215,8 +210,8 @@ double KinNursery::distanceScaleOf(const Stand& stand) const
     if (instances_ <= kFewInstances || pairs < kFewestPairs)
         return 1;
     const std::size_t count = std::min(stand.accepted.size(), static_cast<std::size_t>(pairs) + 1);
-    const std::vector<Shape> shapes(stand.accepted.begin(),
-                                    stand.accepted.begin() + static_cast<std::ptrdiff_t>(count));
+    const std::vector<OutlinedTree> shapes(stand.accepted.begin(),
+                                           stand.accepted.begin() + static_cast<std::ptrdiff_t>(count));
     std::vector<double> exact;
     for (std::size_t i = 1; i < shapes.size(); ++i)
         exact.push_back(normalisedEditDistance(shapes[i - 1].tree, shapes[i].tree));
@@ -246,7 +241,7 @@ public:
     Bed(const KinNursery& nursery, KinClasses classes)
         : nursery_(nursery), classes_(std::move(classes)),
           simulation_(nursery.limbs_, classes_, nursery.draws_, nursery.anchors_, nursery.record(),
-                      nursery.record() == TreeRecord::Shape ? 0 : kSettledShare * nursery.segments_)
+                      settledShareOf(nursery.instances_) * nursery.segments_)
     {
         SimulatedTree tree;
         for (std::size_t i = 0; i < std::min(nursery.limbs_.roots.size(), std::size_t{kMostCopies}); ++i)

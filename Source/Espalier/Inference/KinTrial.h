@@ -72,17 +72,11 @@ private:
         bool whole;
         bool copy; ///< Of a drawn tree.
     };
-    /// What distances are measured on: the one that suits the sizes (record).
-    struct Shape
-    {
-        LabelledTree tree;
-        PqGrams grams;
-    };
-    /// The accepted of all attempts, and what is seen of the others.
+    /// The first accepted of all attempts, and what is seen of the others.
     struct Stand
     {
         std::vector<Sample> samples;
-        std::vector<Shape> accepted;
+        std::vector<OutlinedTree> accepted;
         GrowthWindow window;
     };
     /// What a KinTrial says of one weight, its difference as estimated.
@@ -103,7 +97,7 @@ private:
                                   double weight) const;
     [[nodiscard]] Outcome outcomeOf(const Stand& stand, double weight) const;
     [[nodiscard]] Expected<Outcome> bisect(Bed& bed, double distanceScale) const;
-    [[nodiscard]] double differenceOf(const std::vector<Shape>& shapes) const;
+    [[nodiscard]] double differenceOf(const std::vector<OutlinedTree>& trees) const;
     [[nodiscard]] double distanceScaleOf(const Stand& stand) const;
 
     const LimbTable& limbs_;

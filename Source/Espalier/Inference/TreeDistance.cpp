@@ -3,6 +3,7 @@
 #include <Espalier/Core/ChildLists.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <iterator>
 #include <utility>
@@ -178,7 +179,7 @@ double pqGramDistance(const PqGrams& a, const PqGrams& b)
     return 1 - 2 * static_cast<double>(common) / static_cast<double>(a.total + b.total);
 }
 
-double estimatedEditDistance(const PqGrams& a, const PqGrams& b)
+double editDistanceByGrams(const PqGrams& a, const PqGrams& b)
 {
     return std::max(0.0, 0.90 * pqGramDistance(a, b) - 0.017);
 }
@@ -223,6 +224,11 @@ double overlaidDistance(const LabelledTree& a, const LabelledTree& b)
         }
     }
     return (size - 2.0 * laid + relabelled) / size;
+}
+
+double estimatedEditDistance(const OutlinedTree& a, const OutlinedTree& b)
+{
+    return std::sqrt(editDistanceByGrams(a.grams, b.grams) * overlaidDistance(a.tree, b.tree));
 }
 
 } // namespace espalier

@@ -92,13 +92,27 @@ private:
 [[nodiscard]] double pqGramDistance(const PqGrams& a, const PqGrams& b);
 
 /// The edit distance of two trees over the sum of their sizes, estimated from their pq-grams: a straight line fitted to
-/// trees of 17 to 465 nodes (r = 0.96), up to 0.1 too low above 0.3, and more so the larger the trees are. [0, 0.883]
-[[nodiscard]] double estimatedEditDistance(const PqGrams& a, const PqGrams& b);
+/// trees of 17 to 465 nodes (r = 0.96), up to 0.1 too low above 0.3, and more so the larger the trees are: what was
+/// moved within a large tree leaves few grams changed. [0, 0.883]
+[[nodiscard]] double editDistanceByGrams(const PqGrams& a, const PqGrams& b);
 
 /// An upper bound of the edit distance over the sum of both sizes, in time about linear: the trees are laid over each
 /// other from the root up, at each node the children of equal label in order, then those of other labels; nodes that
 /// have no counterpart are deleted or inserted. (Selkow's edits, "The tree-to-tree editing problem", 1977, by the
 /// labels of children alone.) [0, 1]
 [[nodiscard]] double overlaidDistance(const LabelledTree& a, const LabelledTree& b);
+
+/// A tree with its pq-grams, which may be those of a larger one of which it is the part next the root.
+struct OutlinedTree
+{
+    LabelledTree tree;
+    PqGrams grams;
+};
+
+/// The edit distance of two trees over the sum of their sizes, estimated in time about linear: the geometric mean of
+/// what their pq-grams say, which is too little, and of laying them over each other, which is too much. Relatives of
+/// 2,400 nodes whose distances are 0.36 to 0.39 have estimates of 0.29 to 0.30, by their pq-grams alone of 0.10 to
+/// 0.13. [0, 1]
+[[nodiscard]] double estimatedEditDistance(const OutlinedTree& a, const OutlinedTree& b);
 
 } // namespace espalier
