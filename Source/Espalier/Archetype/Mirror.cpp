@@ -1,7 +1,5 @@
 #include <Espalier/Archetype/Mirror.h>
 
-#include <Espalier/Archetype/Placement.h>
-
 namespace espalier {
 
 namespace {
@@ -64,29 +62,6 @@ Archetype mirrorImage(const Archetype& archetype)
         instance.transform.roll = 0 - instance.transform.roll;
     }
     return image;
-}
-
-Expected<std::vector<SkySide>> skySidesOf(const Archetype& archetype, const Limits& limits)
-{
-    constexpr float kTilted = 0.25f; // sine: below it neither side is up
-    std::vector<SkySide> sides(archetype.instances.size(), SkySide::Neither);
-    std::vector<bool> known(sides.size());
-    const ArchetypeDrawer drawer(archetype);
-    Skeleton skeleton;
-    for (std::size_t tree = 0; tree < drawer.trees(); ++tree)
-    {
-        if (auto done = drawer.draw(tree, limits, skeleton); !done)
-            return tl::make_unexpected(done.error());
-        for (std::uint32_t segment = 0; segment < skeleton.size(); ++segment)
-        {
-            const std::uint32_t instance = skeleton.instanceRecords[skeleton.instances[segment]].row;
-            const float tilt = skeleton.lefts[segment].y;
-            if (!known[instance])
-                sides[instance] = tilt > kTilted ? SkySide::Left : tilt < -kTilted ? SkySide::Right : SkySide::Neither;
-            known[instance] = true;
-        }
-    }
-    return sides;
 }
 
 } // namespace espalier

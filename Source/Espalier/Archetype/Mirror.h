@@ -1,8 +1,7 @@
 #pragma once
 
 #include <Espalier/Archetype/Archetype.h>
-#include <cstdint>
-#include <vector>
+#include <Espalier/Archetype/Stance.h>
 
 namespace espalier {
 
@@ -17,18 +16,7 @@ namespace espalier {
 /// heights, lengths and angles between branches stay. A pure function; requires a valid archetype.
 [[nodiscard]] Archetype mirrorImage(const Archetype& archetype);
 
-/// Which side of an instance looks to the sky, as its first segment stands in its tree.
-enum class SkySide : std::int8_t
-{
-    Right = -1,
-    Neither = 0, ///< It stands upright, or level as after `$`: its image may take its place as well as it itself.
-    Left = 1,
-};
-
-/// Of each instance. Requires a valid archetype; fails with Limit where a tree has more segments than `limits` allow.
-[[nodiscard]] Expected<std::vector<SkySide>> skySidesOf(const Archetype& archetype, const Limits& limits = {});
-
-/// Of the mirror image.
+/// A side as the mirror image has it.
 [[nodiscard]] constexpr SkySide mirrorImage(SkySide side) noexcept
 {
     return static_cast<SkySide>(-static_cast<int>(side));

@@ -31,6 +31,7 @@ struct InferenceOptions
 
     /// [0, 1]. kin: how far parameters are moved so that trees with the same branches still differ, as a share of what
     /// each was observed to vary (angles on the circle, scalings by at most 0.4 of themselves), times the merge weight.
+    /// What stands upright, and was drawn rolled in more ways than one, is rolled by a deviation of 60 degrees or more.
     /// 0: every parameter is one that was drawn, and relatives differ by their branches alone.
     double jitter = kUsualJitter;
 
@@ -43,7 +44,7 @@ struct InferenceOptions
 
     /// kin: what was drawn also counts as a mirror shows it (mirrorImage), whole and branch for branch, as often as
     /// drawn. So branches that were drawn to one side come to either, each where it looks to the sky as what it stands
-    /// for did (skySidesOf).
+    /// for did (Stance).
     bool mirror = false;
 
     std::string name = "species"; ///< Of the species.

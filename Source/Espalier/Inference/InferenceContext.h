@@ -16,8 +16,9 @@ namespace espalier {
 struct InferenceContext
 {
     const InferenceOptions& options;
-    Archetype exemplars; ///< All archetypes in one: merged library, all trees; behind them their mirror images.
-    AnchorTable anchors; ///< Of `exemplars`.
+    Archetype exemplars;         ///< All archetypes in one: merged library, all trees; behind them their mirror images.
+    AnchorTable anchors;         ///< Of `exemplars`.
+    std::vector<Stance> stances; ///< Likewise, of each instance.
 
     DraftTree tree;                     ///< helberg: the drawn trees, later with repeated subtrees folded into leaves.
     DraftGrammar draft;                 ///< helberg: the rules.

@@ -5,7 +5,6 @@
 // does.
 
 #include <Espalier/Inference/Comparison.h>
-#include <Espalier/Inference/Exemplars.h>
 #include <Espalier/Inference/InferenceContext.h>
 #include <Espalier/Inference/KinGrammar.h>
 #include <Espalier/Inference/KinNames.h>
@@ -86,20 +85,8 @@ std::string printLimbs(const InferenceContext& context)
 
 Expected<void> shareIdenticalLimbs(InferenceContext& context)
 {
-    std::vector<SkySide> sides;
-    if (context.options.mirror)
-    {
-        auto all = skySidesOf(context.exemplars, exemplarLimits());
-        if (!all)
-            return tl::make_unexpected(all.error());
-        sides = std::move(*all);
-        // Exactly, also where one is all but level.
-        const std::size_t drawn = sides.size() / 2;
-        for (std::size_t i = 0; i < drawn; ++i)
-            sides[drawn + i] = mirrorImage(sides[i]);
-    }
     context.limbs = shareLimbs(context.exemplars, context.anchors, segmentsDrawn(context.exemplars.library),
-                               context.species.provenance.weights, sides);
+                               context.species.provenance.weights, context.stances, context.options.mirror);
     const LimbTable& limbs = context.limbs;
 
     context.summary = std::to_string(context.exemplars.instances.size()) + " instances are " +

@@ -23,19 +23,32 @@ struct LimbTransforms
     std::vector<bool> rolls;
 };
 
+/// What was drawn of one kind of template, of every occurrence.
+struct Observed
+{
+    std::vector<double> scalings, rotations, branchings, rolls;
+    std::map<std::array<double, 2>, std::uint32_t> rows; ///< Of its table.
+    bool isUpright = true;                               ///< Wherever it was drawn.
+};
+
 /// How far each parameter is moved so that two trees with the same branches still differ: a share of what it was seen
 /// to vary. At weight 0 nothing moves; at 1 the share is `jitter`. A deviation of scalings counts as at most their
 /// mean, and what comes of it stays so small that no scaling can become negative.
-std::array<double, 4> smoothing(std::span<const double> scalings, std::span<const double> rotations,
-                                std::span<const double> branchings, std::span<const double> rolls, double weight,
-                                double jitter)
+///
+/// What stands upright is rolled further. The ground does not tell azimuths about an upright axis apart, so heights and
+/// angles stay, and the boughs of a trunk, which leave it in few drawn directions, come to stand all round.
+std::array<double, 4> smoothing(const Observed& observed, double weight, double jitter)
 {
     constexpr double kMostScaling = 0.4;
-    std::array<double, 4> spread{deviationOf(scalings) / meanOf(scalings), circularDeviationOf(rotations),
-                                 deviationOf(branchings), circularDeviationOf(rolls)};
-    for (double& value : spread)
-        value *= jitter * weight;
-    spread[0] = std::min({kMostScaling, jitter, spread[0]});
+    constexpr double kUprightRoll = 60; // degrees
+    constexpr double kSoonUpright = 50; // with the usual jitter it is reached at weight 0.2
+    const double share = jitter * weight;
+    const double rolls = circularDeviationOf(observed.rolls);
+    std::array<double, 4> spread{
+        std::min({kMostScaling, jitter, share * deviationOf(observed.scalings) / meanOf(observed.scalings)}),
+        share * circularDeviationOf(observed.rotations), share * deviationOf(observed.branchings), share * rolls};
+    if (observed.isUpright && rolls > 0) // a planar tree stays one
+        spread[3] = std::min(1.0, kSoonUpright * share) * std::max(rolls, kUprightRoll);
     for (double& value : spread)
         value = std::round(value * 1e4) / 1e4;
     return spread;
@@ -45,11 +58,6 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
                             double jitter)
 {
     const std::size_t pieces = library.templates.size();
-    struct Observed
-    {
-        std::vector<double> scalings, rotations, branchings, rolls; // of every occurrence
-        std::map<std::array<double, 2>, std::uint32_t> rows;
-    };
     std::vector<Observed> observed(pieces);
     LimbTransforms result;
     result.tableOf.assign(pieces, kNoPiece);
@@ -78,6 +86,7 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
             result.tables.push_back({library.templates[limb.kind].name, {}});
         }
         const std::uint32_t observations = limb.drawn > 0 ? limb.count : 0;
+        seen.isUpright = seen.isUpright && limb.isUpright;
         seen.scalings.insert(seen.scalings.end(), observations, limb.scaling);
         seen.branchings.insert(seen.branchings.end(), observations, limb.branchingAngle);
         for (const LimbUse& use : loadOf(limbs, i))
@@ -101,9 +110,7 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
         });
     for (std::size_t piece = 0; piece < pieces; ++piece)
         if (result.tableOf[piece] != kNoPiece)
-            result.tables[result.tableOf[piece]].spread =
-                smoothing(observed[piece].scalings, observed[piece].rotations, observed[piece].branchings,
-                          observed[piece].rolls, classes.weight, jitter);
+            result.tables[result.tableOf[piece]].spread = smoothing(observed[piece], classes.weight, jitter);
     return result;
 }
 

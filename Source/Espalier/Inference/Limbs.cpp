@@ -46,11 +46,11 @@ std::vector<std::uint32_t> weightsOfInstances(const Archetype& exemplars, std::s
 } // namespace
 
 LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, const std::vector<std::uint32_t>& draws,
-                     std::span<const std::uint32_t> weights, std::span<const SkySide> sides)
+                     std::span<const std::uint32_t> weights, std::span<const Stance> stances, bool mirrored)
 {
     const std::vector<std::uint32_t> weightOf = weightsOfInstances(exemplars, weights);
     const auto count = static_cast<std::uint32_t>(exemplars.instances.size());
-    const std::uint32_t drawnInstances = sides.empty() ? count : count / 2;
+    const std::uint32_t drawnInstances = mirrored ? count / 2 : count;
     const std::vector<std::uint32_t> kinds = kindsOf(exemplars.library);
     std::vector<std::uint32_t> limbOf(count);
     std::unordered_map<std::uint64_t, std::uint32_t> firstWithHash; // looked up, never iterated
@@ -77,8 +77,8 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
                   1,
                   instance.transform.scaling,
                   instance.transform.branchingAngle};
-        if (!sides.empty())
-            limb.side = sides[i];
+        if (mirrored)
+            limb.side = i < drawnInstances ? stances[i].skySide : mirrorImage(stances[i - drawnInstances].skySide);
         Hash64 hash;
         hash.value(instance.piece);
         hash.value(limb.side);
@@ -112,7 +112,11 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
             found.children.insert(found.children.end(), children.begin(), children.end());
         }
         found.limbs[same].count += weightOf[i];
-        found.limbs[same].drawn += i < drawnInstances;
+        if (i < drawnInstances)
+        {
+            ++found.limbs[same].drawn;
+            found.limbs[same].isUpright &= !stances.empty() && stances[i].isUpright;
+        }
         limbOf[i] = same;
     }
 

@@ -34,6 +34,7 @@ struct Limb
     double branchingAngle = 0;       ///< Likewise, degrees.
     std::uint32_t drawn = 0;         ///< Occurrences in the drawn trees; 0: only their mirror images have it.
     SkySide side = SkySide::Neither; ///< Where mirror images count too: what stands for it must look to the sky alike.
+    bool isUpright = true;           ///< So stands each that was drawn.
 };
 
 /// What hangs at a place.
@@ -58,11 +59,11 @@ struct LimbTable
 
 /// Hash-consing, linear time: limbs are equal if template, scaling, branching angle (to the bit) and all that they
 /// carry are. `draws[t]` is the number of segments that template t draws; `weights` says how often each tree counts,
-/// empty: once. If there are `sides`, of each instance, the second half of the instances are mirror images of the
-/// first, and limbs of different sides differ.
+/// empty: once. `stances` are those of the instances; empty: nothing stands upright. With `mirrored`, the second half
+/// of the instances are mirror images of the first, and limbs differ by their side.
 [[nodiscard]] LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors,
                                    const std::vector<std::uint32_t>& draws, std::span<const std::uint32_t> weights = {},
-                                   std::span<const SkySide> sides = {});
+                                   std::span<const Stance> stances = {}, bool mirrored = false);
 
 /// Segments drawn by each template of a library.
 [[nodiscard]] std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library);

@@ -31,7 +31,7 @@ const std::vector<Preset>& presets()
 {
     static const std::vector<Preset> kPresets = {
         {"kin",
-         "kin 3",
+         "kin 4",
          {{"infer", shareIdenticalLimbs}, {"generalize", classKin}, {"estimate", estimateKin}},
          explainKin},
         {"helberg",
@@ -126,10 +126,12 @@ Expected<std::vector<std::uint32_t>> weightsOfTrees(std::span<const Archetype> a
     return ofTrees;
 }
 
-/// Sizes of the drawn trees for the provenance, and pipes that suit them.
-Expected<void> measureExemplars(const InferenceContext& context, Species& species)
+/// Sizes of the drawn trees for the provenance, pipes that suit them, and how their instances stand.
+Expected<void> measureExemplars(InferenceContext& context)
 {
+    Species& species = context.species;
     std::uint64_t segments = 0;
+    context.stances.resize(context.exemplars.instances.size());
     const ArchetypeDrawer drawer(context.exemplars);
     Skeleton skeleton;
     const Limits limits = exemplarLimits();
@@ -138,6 +140,7 @@ Expected<void> measureExemplars(const InferenceContext& context, Species& specie
         if (auto done = drawer.draw(tree, limits, skeleton); !done)
             return done;
         segments += skeleton.size();
+        findStances(skeleton, context.stances);
         if (tree == 0)
             species.appearance.pipes = suggestPipes(skeleton);
     }
@@ -171,7 +174,7 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
         return tl::make_unexpected(weights.error());
 
     InferenceContext context{
-        options, exemplarsOf(archetypes, options.spatial, options.mirror), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+        options, exemplarsOf(archetypes, options.spatial, options.mirror), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
     context.anchors = anchorsOf(context.exemplars);
     context.species.name = options.name;
     context.species.provenance.method = preset->method;
@@ -180,7 +183,7 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
     if (std::ranges::any_of(options.spatial, [](Azimuths azimuths) { return azimuths != Azimuths::AsDrawn; }))
         context.species.provenance.spatial = printAzimuths(options.spatial);
     context.species.provenance.mirror = options.mirror;
-    if (auto done = measureExemplars(context, context.species); !done)
+    if (auto done = measureExemplars(context); !done)
         return tl::make_unexpected(done.error());
 
     for (std::size_t i = 0; i < preset->passes.size(); ++i)

@@ -138,26 +138,6 @@ TEST(Mirror, LetsBranchesComeToEitherSide)
     EXPECT_NEAR(leaning(true), 100, 30);
 }
 
-TEST(Mirror, KnowsWhichSideLooksToTheSky)
-{
-    // A limb that leads left has its right side up, as its left is west of north.
-    const Archetype drawn = samples::read("fork: F[+(70)FX][-(70)FY]FZ\ntwig: F\nlevel: $F\n",
-                                          R"({"template": "fork", "children": {"X": {"template": "twig"},
-                                              "Y": {"template": "twig"}, "Z": {"template": "twig"}}},
-                                             {"template": "fork", "children": {"X": {"template": "level"},
-                                              "Y": {"template": "twig", "roll": 90},
-                                              "Z": {"template": "twig", "rotation": 30}}})");
-    using enum SkySide;
-    std::vector<SkySide> sides = skySidesOf(drawn).value();
-    EXPECT_EQ(sides, (std::vector<SkySide>{Neither, Right, Left, Neither, Neither, Neither, Neither, Right}));
-    for (SkySide& side : sides)
-        side = mirrorImage(side);
-    EXPECT_EQ(skySidesOf(mirrorImage(drawn)).value(), sides);
-    Limits limits;
-    limits.nodes = 3;
-    EXPECT_EQ(skySidesOf(drawn, limits).error().kind, ErrorKind::Limit);
-}
-
 TEST(Mirror, KeepsWhatBendsToTheSkyBentSo)
 {
     const std::string twig = R"({"template": "twig"})";

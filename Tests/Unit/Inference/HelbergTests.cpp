@@ -161,7 +161,7 @@ PlainGrammar generalized(PlainGrammar grammar, double weight)
 
 InferenceContext compressed(const Archetype& archetype, const InferenceOptions& options)
 {
-    InferenceContext context{options, archetype, anchorsOf(archetype), {}, {}, {}, {}, {}, {}, {}, {}, {}};
+    InferenceContext context{options, archetype, anchorsOf(archetype), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
     EXPECT_TRUE(inferBreadthFirst(context));
     EXPECT_TRUE(compressRepeatedSubtrees(context));
     return context;
