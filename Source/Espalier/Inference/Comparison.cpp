@@ -393,15 +393,8 @@ private:
 
     Expected<void> growOne(const Grower& grower, std::uint32_t i, Grown& grown) const
     {
-        GrowOptions options;
         const Seed seed{options_.first.value + i};
-        const auto attempt = grower.acceptedAttempt(seed, options, grown.scratch);
-        if (!attempt)
-            return tl::make_unexpected(attempt.error());
-        options.attempt = *attempt;
-        if (const auto done = grower.derive(seed, *attempt, options, grown.scratch, grown.sink); !done)
-            return tl::make_unexpected(done.error());
-        if (auto done = grower.grow(seed, options, grown.scratch, grown.skeleton); !done)
+        if (auto done = grower.grow(seed, {}, grown.scratch, grown.skeleton, &grown.sink); !done)
             return done;
         grown.tree = grown.sink.take();
         grown.topology = topologyOf(grown.tree);

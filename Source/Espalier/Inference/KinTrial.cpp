@@ -375,7 +375,7 @@ Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall, std::vect
             return trial;
         double& score = trial->score;
         score = scoreOf(*trial, mostEqual(instances_));
-        if (score > 0.5 * bestScore) // else it is none, whatever it keeps
+        if (score > std::max(bestScore, 0.0)) // else it is not the best, whatever it keeps
         {
             auto missed = shortfall(*trial);
             if (!missed)
