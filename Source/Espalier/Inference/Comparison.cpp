@@ -29,15 +29,6 @@ constexpr double kFewestEdited = 20;
 /// Values of one parameter that are kept of all grown trees.
 constexpr double kMostValues = 1 << 20;
 
-double medianOf(std::vector<double> values)
-{
-    if (values.empty())
-        return 0;
-    std::ranges::sort(values);
-    const std::size_t half = values.size() / 2;
-    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
-
 /// `distance` in spreads. What differs by rounding alone counts as equal.
 ParameterComparison overSpread(double distance, double spread)
 {

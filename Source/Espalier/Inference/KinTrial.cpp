@@ -37,7 +37,9 @@ constexpr double kManyInstances = 2000; ///< From which on trees are compared by
 /// by twig: cache misses are the most of what growing a large one takes.
 constexpr double kSettledShare = 1.0 / 2000;
 
-double medianOf(std::vector<double> values)
+/// Of an even number of values the upper of the two in the middle, not their mean (medianOf): with it weights would be
+/// calibrated otherwise, and species inferred anew would be others.
+double upperMedianOf(std::vector<double> values)
 {
     if (values.empty())
         return 0;
@@ -201,7 +203,7 @@ double KinNursery::differenceOf(const std::vector<Shape>& shapes) const
             distances.push_back(std::sqrt(estimatedEditDistance(grams[i - 1], grams[i]) *
                                           overlaidDistance(shapes[i - 1].tree, shapes[i].tree)));
     }
-    return medianOf(std::move(distances));
+    return upperMedianOf(std::move(distances));
 }
 
 /// What the estimate of trees that are neither small nor large must be multiplied by: from the exact distances of some
@@ -221,7 +223,7 @@ double KinNursery::distanceScaleOf(const Stand& stand) const
     for (std::size_t i = 1; i < shapes.size(); ++i)
         exact.push_back(normalisedEditDistance(shapes[i - 1].tree, shapes[i].tree));
     const double estimated = differenceOf(shapes);
-    return exact.empty() || estimated <= 0 ? 1 : std::clamp(medianOf(std::move(exact)) / estimated, 0.25, 2.0);
+    return exact.empty() || estimated <= 0 ? 1 : std::clamp(upperMedianOf(std::move(exact)) / estimated, 0.25, 2.0);
 }
 
 KinNursery::Outcome KinNursery::outcomeOf(const Stand& stand, double weight) const
