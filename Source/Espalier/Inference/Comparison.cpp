@@ -2,6 +2,7 @@
 
 #include <Espalier/Archetype/Placement.h>
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Tasks.h>
 #include <Espalier/Inference/Divergence.h>
 #include <Espalier/Inference/Exemplars.h>
 #include <Espalier/Inference/InstanceTree.h>
@@ -9,6 +10,7 @@
 #include <Espalier/Species/Grow.h>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <map>
 #include <set>
@@ -20,19 +22,12 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-/// Beyond so many instances the edit distance takes seconds a pair, and is estimated.
+/// Beyond so many instances the edit distance is estimated.
 constexpr std::uint32_t kMostEdited = 2000;
+/// Medians of fewer trees say less than the estimate does.
+constexpr double kFewestEdited = 20;
 /// Values of one parameter that are kept of all grown trees.
 constexpr double kMostValues = 1 << 20;
-
-double medianOf(std::vector<double> values)
-{
-    if (values.empty())
-        return 0;
-    std::ranges::sort(values);
-    const std::size_t half = values.size() / 2;
-    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
-}
 
 /// `distance` in spreads. What differs by rounding alone counts as equal.
 ParameterComparison overSpread(double distance, double spread)
@@ -205,7 +200,7 @@ std::vector<std::uint8_t> rewritableLetters(const Species& species, const Turtle
     return result;
 }
 
-/// Grows the trees one after the other.
+/// Grows the trees, batch after batch, and compares them.
 class Comparer
 {
 public:
@@ -213,7 +208,8 @@ public:
              std::vector<std::uint32_t> labels, std::vector<std::uint8_t> rewritable, const ComparisonOptions& options)
         : exemplars_(exemplars),
           weights_(weights.size() == exemplars.size() ? weights : std::vector<std::uint32_t>(exemplars.size(), 1)),
-          labels_(std::move(labels)), rewritable_(std::move(rewritable)), options_(options), distance_(planDistances())
+          labels_(std::move(labels)), rewritable_(std::move(rewritable)), options_(options),
+          threads_(threadsFor(options.threads)), distance_(planDistances())
     {
         drawn_.samples.lengthByShare.resize(kProfileBins);
         grown_.samples.lengthByShare.resize(kProfileBins);
@@ -229,8 +225,9 @@ public:
             shapes_.push_back(distance_.shapeOf(exemplar.tree.shape));
             topologies_.insert(topologyOf(exemplar.tree));
         }
+        meanSegments_ = segments / trees_;
         binHeight_ = std::max(1e-6, 2 * height / trees_ / static_cast<double>(kProfileBins));
-        const double values = segments / trees_ * options.seeds;
+        const double values = meanSegments_ * options.seeds;
         stride_ = static_cast<std::uint32_t>(std::clamp(std::ceil(values / kMostValues), 1.0, 1e9));
         // What counts several times is added as often; of more values than are needed, each time others.
         const bool isWeighted = trees_ > static_cast<double>(exemplars_.size());
@@ -243,32 +240,31 @@ public:
 
     Expected<void> growAll(const Grower& grower)
     {
-        InstanceTreeSink sink(labels_, rewritable_);
-        GrowScratch scratch;
-        Skeleton skeleton;
-        std::optional<OutlinedTree> previous;
-        for (std::uint32_t i = 0; i < options_.seeds; ++i)
+        constexpr double kSegments = 4e6; ///< Of all skeletons that are in memory at a time.
+        const auto most = static_cast<std::uint32_t>(
+            std::clamp(kSegments / std::max(1.0, meanSegments_), 1.0, std::min(64.0, 1.0 * options_.seeds)));
+        std::vector<Grown> batch;
+        for (std::uint32_t i = 0; i < most; ++i)
+            batch.emplace_back(labels_, rewritable_);
+        for (std::uint32_t first = 0; first < options_.seeds; first += most)
         {
+            const std::uint32_t count = std::min(most, options_.seeds - first);
+            forEachTask(
+                count, threads_, options_.progress,
+                [&](std::uint32_t i) { batch[i].done = growOne(grower, first + i, batch[i]); },
+                [&](std::uint32_t taken) { report(first + taken); });
             if (options_.progress.wantsStop())
                 return failure(ErrorKind::Cancelled, {}, "the comparison was cancelled");
-            options_.progress("compare", static_cast<double>(i) / options_.seeds);
-            GrowOptions options;
-            const Seed seed{options_.first.value + i};
-            const auto attempt = grower.acceptedAttempt(seed, options, scratch);
-            if (!attempt)
-                return tl::make_unexpected(attempt.error());
-            options.attempt = *attempt;
-            if (const auto done = grower.derive(seed, *attempt, options, scratch, sink); !done)
-                return tl::make_unexpected(done.error());
-            if (auto done = grower.grow(seed, options, scratch, skeleton); !done)
-                return done;
-            InstanceTree tree = sink.take();
-            grown_.add(tree, skeleton, stride_, i, binHeight_);
-            unfinished_ += tree.unfinished > 0 ? 1 : 0;
-            const std::uint64_t topology = topologyOf(tree);
-            copies_ += topologies_.contains(topology) ? 1 : 0;
-            distinct_.insert(topology);
-            compareShapes(i, std::move(tree.shape), previous);
+            for (std::uint32_t i = 0; i < count; ++i)
+            {
+                if (!batch[i].done)
+                    return batch[i].done;
+                add(first + i, batch[i]);
+            }
+            if (pendingNodes_ >= kMostPending || first + count == options_.seeds)
+                comparePending(first + count);
+            if (options_.progress.wantsStop())
+                return failure(ErrorKind::Cancelled, {}, "the comparison was cancelled");
         }
         options_.progress("compare", 1);
         return {};
@@ -333,39 +329,117 @@ public:
     }
 
 private:
+    /// Nodes of trees that wait to be compared, beyond which they are.
+    static constexpr std::uint64_t kMostPending = 1 << 20;
+
+    /// A tree of a batch, and what it takes to grow one.
+    struct Grown
+    {
+        Grown(const std::vector<std::uint32_t>& labels, const std::vector<std::uint8_t>& rewritable)
+            : sink(labels, rewritable)
+        {}
+
+        GrowScratch scratch;
+        InstanceTreeSink sink;
+        Skeleton skeleton;
+        InstanceTree tree;
+        std::uint64_t topology = 0;
+        OutlinedTree shape; ///< If it is one of those that are compared.
+        Expected<void> done;
+    };
+
     /// Exact distances as long as trees are small enough, and of as many trees as there is time for.
     NormalisedDistance planDistances()
     {
-        double product = 0;
+        estimate_ = std::ranges::any_of(exemplars_,
+                                        [](const Exemplar& exemplar) { return exemplar.tree.size() > kMostEdited; });
+        if (estimate_)
+            return NormalisedDistance(true);
         for (const Exemplar& exemplar : exemplars_)
+            stepsOfTree_ += 2 * editSteps(exemplar.tree.shape, exemplar.tree.shape);
+        const double affordable = options_.editSteps / std::max(1.0, stepsOfTree_);
+        if (options_.editEvery > 0)
+            every_ = options_.editEvery;
+        else if (affordable < std::min<double>(kFewestEdited, options_.seeds))
         {
-            estimate_ = estimate_ || exemplar.tree.size() > kMostEdited;
-            product += static_cast<double>(exemplar.tree.size()) * exemplar.tree.size();
+            estimate_ = true;
+            stepsOfTree_ = 0;
         }
-        const double affordable = estimate_ ? kInfinity : options_.editWork / std::max(1.0, 2 * product);
-        every_ = static_cast<std::uint32_t>(std::clamp(std::ceil(options_.seeds / affordable), 1.0, 1e9));
+        else
+            every_ = static_cast<std::uint32_t>(std::max(1.0, std::ceil(options_.seeds / affordable)));
         return NormalisedDistance(estimate_);
     }
 
-    /// Tree `i` with the drawn ones and with the one before it, if it is one of those that are compared: of every
-    /// `every_` + 1 trees the last two.
-    void compareShapes(std::uint32_t i, LabelledTree tree, std::optional<OutlinedTree>& previous)
+    /// Of every `every_` + 1 trees the last two are compared, all if it is 1; the first of two only with the next.
+    [[nodiscard]] bool isCompared(std::uint32_t i) const { return every_ == 1 || i % (every_ + 1) == every_; }
+
+    Expected<void> growOne(const Grower& grower, std::uint32_t i, Grown& grown) const
     {
-        const bool compared = every_ == 1 || i % (every_ + 1) == every_;
-        const bool nextIs = every_ == 1 || (i + 1) % (every_ + 1) == every_;
-        if (!compared && !nextIs)
+        const Seed seed{options_.first.value + i};
+        if (auto done = grower.grow(seed, {}, grown.scratch, grown.skeleton, &grown.sink); !done)
+            return done;
+        grown.tree = grown.sink.take();
+        grown.topology = topologyOf(grown.tree);
+        if (isCompared(i) || isCompared(i + 1))
+            grown.shape = distance_.shapeOf(grown.tree.shape);
+        return {};
+    }
+
+    /// In the order of the seeds, so that sums are the same whoever grew the trees.
+    void add(std::uint32_t i, Grown& grown)
+    {
+        grown_.add(grown.tree, grown.skeleton, stride_, i, binHeight_);
+        unfinished_ += grown.tree.unfinished > 0 ? 1 : 0;
+        copies_ += topologies_.contains(grown.topology) ? 1 : 0;
+        distinct_.insert(grown.topology);
+        if (!isCompared(i) && !isCompared(i + 1))
             return;
-        OutlinedTree shape = distance_.shapeOf(std::move(tree));
-        if (compared)
-        {
-            double nearest = kInfinity;
-            for (const OutlinedTree& exemplar : shapes_)
-                nearest = std::min(nearest, distance_(exemplar, shape));
-            exemplarDistances_.push_back(nearest);
-            if (previous)
-                pairDistances_.push_back(distance_(*previous, shape));
-        }
-        previous = std::move(shape);
+        pending_.push_back({std::move(grown.shape), isCompared(i)});
+        pendingNodes_ += grown.tree.size();
+    }
+
+    /// Each with the drawn trees and with the one before it. The last stays for the next.
+    void comparePending(std::uint32_t grown)
+    {
+        if (pending_.empty())
+            return;
+        std::vector<std::uint32_t> compared;
+        for (std::uint32_t i = 0; i < pending_.size(); ++i)
+            if (pending_[i].isCompared)
+                compared.push_back(i);
+        std::vector<double> toExemplar(compared.size(), kInfinity);
+        std::vector<double> toPrevious(compared.size(), -1);
+        // Both distances of a tree are tasks of their own: they may take long, and there may be few.
+        forEachTask(
+            static_cast<std::uint32_t>(2 * compared.size()), threads_, options_.progress,
+            [&](std::uint32_t task) {
+                const std::uint32_t i = compared[task / 2];
+                const OutlinedTree& shape = pending_[i].shape;
+                if (task % 2 == 0)
+                    for (const OutlinedTree& exemplar : shapes_)
+                        toExemplar[task / 2] = std::min(toExemplar[task / 2], distance_(exemplar, shape));
+                else if (i > 0)
+                    toPrevious[task / 2] = distance_(pending_[i - 1].shape, shape);
+            },
+            [&](std::uint32_t taken) { report(grown, 0.5 * taken); });
+        exemplarDistances_.insert(exemplarDistances_.end(), toExemplar.begin(), toExemplar.end());
+        std::ranges::copy_if(toPrevious, std::back_inserter(pairDistances_), [](double d) { return d >= 0; });
+        Pending last = std::move(pending_.back());
+        last.isCompared = false;
+        pending_.clear();
+        pending_.push_back(std::move(last));
+        pendingNodes_ = 0;
+    }
+
+    /// So many trees were grown, and so many compared since others last were.
+    void report(std::uint32_t grown, double compared = 0) const
+    {
+        constexpr double kSegment = 4e3; ///< Steps that a segment of a tree takes the time of.
+        const double growing = kSegment * meanSegments_;
+        const double comparing = stepsOfTree_ / (every_ == 1 ? 1 : every_ + 1);
+        const double done =
+            growing * grown + stepsOfTree_ * (static_cast<double>(exemplarDistances_.size()) + compared);
+        options_.progress("compare", std::min(0.99, done / (options_.seeds * (growing + comparing))));
     }
 
     const std::vector<Exemplar>& exemplars_;
@@ -374,9 +448,12 @@ private:
     std::vector<std::uint32_t> labels_;
     std::vector<std::uint8_t> rewritable_;
     const ComparisonOptions& options_;
+    const std::uint32_t threads_;
     bool estimate_ = false;
     std::uint32_t every_ = 1;
+    double stepsOfTree_ = 0; ///< What comparing one takes.
     NormalisedDistance distance_;
+    double meanSegments_ = 0; ///< Of the drawn trees.
     double binHeight_ = 1;
     std::uint32_t stride_ = 1; ///< Of the branches that are kept of each grown tree.
     std::vector<OutlinedTree> shapes_;
@@ -384,6 +461,13 @@ private:
     Gathered drawn_;
     Gathered grown_;
     std::set<std::uint64_t> distinct_;
+    struct Pending
+    {
+        OutlinedTree shape;
+        bool isCompared; ///< Else it is only what the next one is compared with.
+    };
+    std::vector<Pending> pending_; ///< Each with the one before it, but for the first of all.
+    std::uint64_t pendingNodes_ = 0;
     std::vector<double> exemplarDistances_;
     std::vector<double> pairDistances_;
     double copies_ = 0;

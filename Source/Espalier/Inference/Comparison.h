@@ -67,7 +67,7 @@ struct Comparison
         double exemplarMedian = 0; ///< Edit distance over the sum of the instances.
         double pairMedian = 0;     ///< Likewise, between a tree and the next.
         std::uint32_t pairs = 0;   ///< Trees that were compared each way; large trees: fewer than `seeds`.
-        bool estimated = false;    ///< By estimatedEditDistance, as a tree has more than 2,000 instances.
+        bool estimated = false;    ///< estimatedEditDistance: a tree has more than 2,000 instances or nests too deeply.
     } editDistance;
 
     double distinct = 0; ///< Share of different trees (templates and places; transforms do not count).
@@ -102,15 +102,19 @@ struct ComparisonOptions
 {
     Seed first{1};
     std::uint32_t seeds = 2000; ///< first, first + 1, ...; at least 2.
-    /// How much edit distances may take: products of the sizes of the trees that are compared, all together. 1e9 is
-    /// about a minute; where it does not suffice for all, an even part of the trees is compared.
-    double editWork = 1e9;
+    /// How much edit distances may take, all together (editSteps): 3e10 are 15 seconds of one processor. Where it
+    /// does not suffice for all trees, an even part of them is compared, and where it would be for fewer than 20,
+    /// distances are estimated.
+    double editSteps = 3e10;
+    /// Instead, trees are compared whatever that takes: all if 1, else of every `editEvery` + 1 the last two.
+    std::uint32_t editEvery = 0;
+    std::uint32_t threads = 0; ///< 0: one per processor. The comparison does not depend on it.
     Progress progress{};
 };
 
 /// Grows trees of `species` and compares them with the archetypes it was inferred from, given depth (giveDepth) if they
 /// were then. Each drawn tree counts as often as the species says it did there, if it has as many. Tables of the
-/// species are matched with the archetypes' templates by name. Deterministic; one thread. Fails as Grower does, and
+/// species are matched with the archetypes' templates by name. Deterministic. Fails as Grower does, and
 /// with BadInput for an archetype that is not valid, a species without template instances, or fewer than 2 seeds.
 [[nodiscard]] Expected<Comparison> compare(std::span<const Archetype> archetypes, const Species& species,
                                            const ComparisonOptions& options = {});

@@ -112,6 +112,15 @@ double meanOf(std::span<const double> values)
     return values.empty() ? 0 : sum / static_cast<double>(values.size());
 }
 
+double medianOf(std::vector<double> values)
+{
+    if (values.empty())
+        return 0;
+    std::ranges::sort(values);
+    const std::size_t half = values.size() / 2;
+    return values.size() % 2 == 1 ? values[half] : 0.5 * (values[half - 1] + values[half]);
+}
+
 double deviationOf(std::span<const double> values)
 {
     const double mean = meanOf(values);

@@ -22,6 +22,9 @@ namespace espalier {
 /// 0 of no values.
 [[nodiscard]] double meanOf(std::span<const double> values);
 
+/// In any order; of an even number of values the mean of the two in the middle, 0 of none.
+[[nodiscard]] double medianOf(std::vector<double> values);
+
 /// The standard deviation (over n); 0 of no values.
 [[nodiscard]] double deviationOf(std::span<const double> values);
 

@@ -20,11 +20,11 @@ struct Explanation
     {
         std::string name;
         double weight = 0;
-        double difference = 0;           ///< Between two trial trees, as a share of both; wanted is 0.3.
-        double accepted = 0;             ///< Share of trial trees that fit the window.
-        double equal = 0;                ///< Share of equal pairs of them.
-        double score = 0;                ///< [0, 1]; the best is chosen.
-        bool compared = false;           ///< Its trees were held to the bars of `compare`.
+        double difference = 0; ///< Between two trial trees, as a share of both; wanted is 0.3.
+        double accepted = 0;   ///< Share of trial trees that fit the window.
+        double equal = 0;      ///< Share of equal pairs of them.
+        double score = 0;      ///< [0, 1]; the best is chosen.
+        bool compared = false; ///< Its trees were held to the bars of `compare`: where it could still be the best.
         std::vector<std::string> missed; ///< Those that they do not hold.
         bool chosen = false;
     };

@@ -6,6 +6,7 @@
 
 #include <Espalier/Inference/Comparison.h>
 #include <Espalier/Inference/InferenceContext.h>
+#include <Espalier/Inference/InstanceTree.h>
 #include <Espalier/Inference/KinGrammar.h>
 #include <Espalier/Inference/KinNames.h>
 #include <Espalier/Inference/KinTrial.h>
@@ -114,6 +115,20 @@ std::vector<KinRule> writeKin(const InferenceContext& context, const KinClasses&
     return rules;
 }
 
+/// Of how many trees to take edit distances, so that they do not take longer than growing them (ComparisonOptions).
+std::uint32_t editEveryOf(const InferenceContext& context, std::uint32_t seeds)
+{
+    constexpr double kWork = 2e6; ///< Of products of sizes.
+    double product = 0;
+    for (std::size_t tree = 0; tree < context.anchors.roots.size(); ++tree)
+    {
+        const double size = instanceTreeOf(context.exemplars, context.anchors, tree).size();
+        product += size * size;
+    }
+    const double affordable = kWork / std::max(1.0, 2 * product);
+    return static_cast<std::uint32_t>(std::clamp(std::ceil(seeds / affordable), 1.0, 1e9));
+}
+
 /// By how much a trial's trees miss the bars of relatives, each miss as a share of what is asked; 0 where all hold, or
 /// where growing enough trees to tell would take long.
 Expected<KinShortfall> shortfallOf(const InferenceContext& context, const KinTrial& trial)
@@ -129,9 +144,9 @@ Expected<KinShortfall> shortfallOf(const InferenceContext& context, const KinTri
     writeKin(context, classes, trial.window, species);
     ComparisonOptions options;
     options.first = Seed{0x6b696e2074727565u}; // away from the small numbers that people use
-    options.editWork = 2e6;
     options.seeds =
         static_cast<std::uint32_t>(std::clamp(kSegments / std::max(1u, provenance.exemplarSegments), 40.0, 400.0));
+    options.editEvery = editEveryOf(context, options.seeds);
     const auto comparison = compare({&context.exemplars, 1}, species, options);
     if (!comparison)
         return tl::make_unexpected(comparison.error());

@@ -1,6 +1,7 @@
 #include <Espalier/Inference/KinTrial.h>
 
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Inference/Divergence.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -42,14 +43,6 @@ double settledShareOf(double instances)
     constexpr double kMost = 1.0 / 2000;
     constexpr double kByInstance = 1e-9;
     return instances > kManyInstances ? std::min(kMost, kByInstance * instances) : 0;
-}
-
-double medianOf(std::vector<double> values)
-{
-    if (values.empty())
-        return 0;
-    std::ranges::sort(values);
-    return values[values.size() / 2];
 }
 
 /// How near a trial, or the outcome of a weight, comes to what is wanted, [0, 1].
@@ -370,7 +363,7 @@ Expected<KinTrial> KinNursery::chooseLevel(const Shortfall& shortfall, std::vect
             return trial;
         double& score = trial->score;
         score = scoreOf(*trial, mostEqual(instances_));
-        if (score > 0.5 * bestScore) // else it is none, whatever it keeps
+        if (score > std::max(bestScore, 0.0)) // else it is not the best, whatever it keeps
         {
             auto missed = shortfall(*trial);
             if (!missed)

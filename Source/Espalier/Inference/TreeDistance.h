@@ -18,9 +18,13 @@ struct LabelledTree
 
 /// Fewest nodes to delete, insert and relabel that make one tree the other (Zhang & Shasha, "Simple fast algorithms for
 /// the editing distance between trees and related problems", 1989). A node that is deleted leaves its children to its
-/// parent, in its place. Time: the product of the sizes times that of the depths, at worst; memory: 8 bytes times the
-/// product of the sizes.
+/// parent, in its place. Time: editSteps; memory: 4 bytes times the product of the sizes, 8 beyond 32,767 nodes in all.
 [[nodiscard]] std::uint32_t editDistance(const LabelledTree& a, const LabelledTree& b);
+
+/// How often editDistance applies its recurrence: some two billion times a second for large trees. At worst the product
+/// of the sizes times that of the depths; less where the heaviest children stand at one side, and where twigs are
+/// equal. In time about linear.
+[[nodiscard]] double editSteps(const LabelledTree& a, const LabelledTree& b);
 
 /// The edit distance over the sum of both sizes, [0, 1].
 [[nodiscard]] double normalisedEditDistance(const LabelledTree& a, const LabelledTree& b);

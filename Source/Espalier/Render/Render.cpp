@@ -2,17 +2,15 @@
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Random.h>
+#include <Espalier/Core/Tasks.h>
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Render/Camera.h>
 #include <Espalier/Render/PreviewScene.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
 #include <array>
-#include <atomic>
 #include <cmath>
 #include <optional>
-#include <system_error>
-#include <thread>
 
 namespace espalier {
 
@@ -275,39 +273,6 @@ void traceTile(const PreviewScene& scene, const Camera& camera, const RenderSett
         }
 }
 
-/// Calls `task(0 .. count - 1)`, each once, on `threads` threads of which the calling one is the first; `onCaller` runs
-/// between tasks there. Stops early when `progress` asks for it.
-template <class Task, class OnCaller>
-void forEachTask(std::uint32_t count, std::uint32_t threads, const Progress& progress, const Task& task,
-                 const OnCaller& onCaller)
-{
-    std::atomic<std::uint32_t> next = 0;
-    const auto takeTask = [&] {
-        const std::uint32_t mine = next.fetch_add(1, std::memory_order_relaxed);
-        if (mine >= count || progress.wantsStop())
-            return false;
-        task(mine);
-        return true;
-    };
-    std::vector<std::thread> workers;
-    try
-    {
-        while (workers.size() + 1 < std::min(threads, count))
-            workers.emplace_back([&] {
-                while (takeTask())
-                    ;
-            });
-    }
-    catch (const std::system_error&)
-    {
-        // The system grants no more threads: the ones there are do the work.
-    }
-    while (takeTask())
-        onCaller(std::min(next.load(std::memory_order_relaxed), count));
-    for (std::thread& worker : workers)
-        worker.join();
-}
-
 Surroundings surroundingsOf(const Shot& shot, const RenderSettings& settings)
 {
     // The light turns with the camera, so that it is the tree that seems to turn.
@@ -328,8 +293,7 @@ Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSet
         shot.ground = groundUnder(*shot.subject->mesh);
     frameShots(shots, settings);
 
-    const std::uint32_t processors = std::max(1u, std::thread::hardware_concurrency());
-    const std::uint32_t threads = settings.threads > 0 ? settings.threads : processors;
+    const std::uint32_t threads = threadsFor(settings.threads);
     const std::uint32_t tilesX = (settings.width + kTileSize - 1) / kTileSize;
     const std::uint32_t tilesY = (settings.height + kTileSize - 1) / kTileSize;
     const std::uint32_t tiles = tilesX * tilesY;

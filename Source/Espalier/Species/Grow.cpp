@@ -9,22 +9,37 @@ namespace espalier {
 
 namespace {
 
-/// Draws what is derived.
+/// Draws what is derived, before the eyes of another sink if there is one.
 class DrawingSink final : public DerivationSink
 {
 public:
-    DrawingSink(Turtle& turtle, const TurtleAlphabet& alphabet) : turtle_(turtle), alphabet_(alphabet) {}
+    DrawingSink(Turtle& turtle, const TurtleAlphabet& alphabet, DerivationSink* onlooker)
+        : turtle_(turtle), alphabet_(alphabet), onlooker_(onlooker)
+    {}
 
     bool modules(std::span<const LetterId> letters, std::span<const double> arguments) override
     {
+        if (onlooker_)
+            onlooker_->modules(letters, arguments);
         return turtle_.apply(alphabet_, letters, arguments);
     }
-    void beginInstance(std::uint32_t production, std::uint32_t row) override { turtle_.beginInstance(production, row); }
-    void endInstance() override { turtle_.endInstance(); }
+    void beginInstance(std::uint32_t production, std::uint32_t row) override
+    {
+        if (onlooker_)
+            onlooker_->beginInstance(production, row);
+        turtle_.beginInstance(production, row);
+    }
+    void endInstance() override
+    {
+        if (onlooker_)
+            onlooker_->endInstance();
+        turtle_.endInstance();
+    }
 
 private:
     Turtle& turtle_;
     const TurtleAlphabet& alphabet_;
+    DerivationSink* onlooker_;
 };
 
 /// Only counts what is derived.
@@ -211,14 +226,15 @@ Expected<std::uint32_t> Grower::acceptedAttempt(Seed seed, const GrowOptions& op
     return nearest;
 }
 
-Expected<void> Grower::grow(Seed seed, const GrowOptions& options, GrowScratch& scratch, Skeleton& skeleton) const
+Expected<void> Grower::grow(Seed seed, const GrowOptions& options, GrowScratch& scratch, Skeleton& skeleton,
+                            DerivationSink* onlooker) const
 {
     skeleton.clear();
     const auto attempt = acceptedAttempt(seed, options, scratch);
     if (!attempt)
         return tl::make_unexpected(attempt.error());
     Turtle turtle(turtle_, options.limits, scratch.turtle, skeleton);
-    DrawingSink sink(turtle, alphabet_);
+    DrawingSink sink(turtle, alphabet_, onlooker);
     const auto derived = derive(seed, *attempt, options, scratch, sink);
     if (!derived)
     {

@@ -78,9 +78,9 @@ public:
 
     /// Grows the tree of `seed` into `skeleton`, axes and radii included. Depth first, without building a word unless
     /// the grammar has contexts; nothing is allocated once `scratch` and `skeleton` are warm. On failure `skeleton` is
-    /// empty.
-    [[nodiscard]] Expected<void> grow(Seed seed, const GrowOptions& options, GrowScratch& scratch,
-                                      Skeleton& skeleton) const;
+    /// empty. `onlooker` is told what the turtle is told, and stops nothing.
+    [[nodiscard]] Expected<void> grow(Seed seed, const GrowOptions& options, GrowScratch& scratch, Skeleton& skeleton,
+                                      DerivationSink* onlooker = nullptr) const;
 
     /// The attempt that grow takes for `seed`.
     [[nodiscard]] Expected<std::uint32_t> acceptedAttempt(Seed seed, const GrowOptions& options,

@@ -43,6 +43,25 @@ TEST(Templates, BareWordsAreNumberedAndNamedOnesNamed)
     EXPECT_EQ(library.find("Trunk"), 3u);
 }
 
+TEST(Templates, BentOnesWithTheSameAnchorsAreOfTheKindOfTheStraightOne)
+{
+    const TemplateLibrary library = parsed("fork: F[-FX]FZ\n"         // 0
+                                           "tip: F\n"                 // 1
+                                           "fork_bent1: F+F[-FX]FZ\n" // 2, a fork
+                                           "fork_bent12: F-F[FX]FZ\n" // 3, likewise
+                                           "fork_bent2: F[-FY]FZ\n"   // 4, has other anchors
+                                           "fork_bent3: FZ[-FX]F\n"   // 5, has them in another order
+                                           "fork_bent: F[FX]FZ\n"     // 6, has no number
+                                           "fork_bent4a: F[FX]FZ\n"   // 7, not only one
+                                           "fork2: F[FX]FZ\n"         // 8, is not bent
+                                           "bow_bent1: FX\n"          // 9, whose straight one is not there
+                                           "bow_bent2: F+FX\n");      // 10, of the kind of that one
+    EXPECT_EQ(kindsOf(library), (std::vector<std::uint32_t>{0, 1, 0, 0, 4, 5, 6, 7, 8, 9, 9}));
+    EXPECT_TRUE(kindsOf({}).empty());
+    // A straight one that comes later is of the kind all the same.
+    EXPECT_EQ(kindsOf(parsed("bow_bent1: FX\nbow: FFX\n")), (std::vector<std::uint32_t>{0, 0}));
+}
+
 TEST(Templates, LineEndsAndBlanksDoNotMatter)
 {
     const TemplateLibrary plain = parsed("FX\nF[-FX]+FY\n");

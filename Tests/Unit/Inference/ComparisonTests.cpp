@@ -111,6 +111,53 @@ TEST(Comparison, TakesTheNearestOfSeveralDrawnTrees)
     EXPECT_GT(c.anchorDivergence, 0);
 }
 
+TEST(Comparison, DoesNotDependOnThreads)
+{
+    const Archetype archetype = samples::randomArchetype(Seed{5}, 60);
+    const Species species = inferSpecies({&archetype, 1}).value();
+    const auto with = [&](std::uint32_t threads) {
+        return compare({&archetype, 1}, species, {.seeds = 150, .threads = threads}).value();
+    };
+    const Comparison one = with(1);
+    for (const std::uint32_t threads : {2u, 3u, 7u})
+    {
+        const Comparison several = with(threads);
+        EXPECT_EQ(several.exemplarDistances, one.exemplarDistances);
+        EXPECT_EQ(several.pairDistances, one.pairDistances);
+        EXPECT_EQ(several.grown.segments, one.grown.segments);
+        EXPECT_EQ(several.grown.branches.azimuths, one.grown.branches.azimuths);
+        EXPECT_EQ(several.grown.lengthByShare, one.grown.lengthByShare);
+        EXPECT_EQ(several.distinct, one.distinct);
+        EXPECT_EQ(several.anchorDivergence, one.anchorDivergence);
+    }
+}
+
+TEST(Comparison, TakesEditDistancesOfAsManyTreesAsThereIsTimeFor)
+{
+    const Archetype archetype = samples::randomArchetype(Seed{5}, 60);
+    const Species species = inferSpecies({&archetype, 1}).value();
+    const auto with = [&](double steps, std::uint32_t every = 0) {
+        return compare({&archetype, 1}, species, {.seeds = 200, .editSteps = steps, .editEvery = every}).value();
+    };
+    const Comparison all = with(1e9);
+    EXPECT_EQ(all.editDistance.pairs, 200u);
+    EXPECT_EQ(all.pairDistances.size(), 199u); // the first has none before it
+    EXPECT_FALSE(all.editDistance.estimated);
+
+    const Comparison few = with(0, 9);
+    EXPECT_EQ(few.editDistance.pairs, 20u); // of ten one, each with the one before it
+    ASSERT_EQ(few.pairDistances.size(), 20u);
+    for (std::size_t i = 0; i < 20; ++i)
+    {
+        EXPECT_EQ(few.exemplarDistances[i], all.exemplarDistances[10 * i + 9]);
+        EXPECT_EQ(few.pairDistances[i], all.pairDistances[10 * i + 8]);
+    }
+
+    const Comparison none = with(1);
+    EXPECT_TRUE(none.editDistance.estimated);
+    EXPECT_EQ(none.editDistance.pairs, 200u);
+}
+
 TEST(Comparison, ItsBarsHoldWhereTheyShould)
 {
     Comparison c = compared(read(kForkWithBud), copyOf(read(kForkWithBud)));

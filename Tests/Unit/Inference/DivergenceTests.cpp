@@ -96,6 +96,14 @@ TEST(Divergence, OnTheCircleItIsTheBestRotation)
     }
 }
 
+TEST(Divergence, MediansStandInTheMiddle)
+{
+    EXPECT_EQ(medianOf({}), 0);
+    EXPECT_EQ(medianOf({7}), 7);
+    EXPECT_EQ(medianOf({9, 1, 2}), 2);
+    EXPECT_EQ(medianOf({9, 1, 2, 4}), 3);
+}
+
 TEST(Divergence, DeviationsAreThoseOfTheirDefinitions)
 {
     EXPECT_DOUBLE_EQ(deviationOf(std::vector{2.0, 4.0, 4.0, 4.0, 5.0, 5.0, 7.0, 9.0}), 2.0);

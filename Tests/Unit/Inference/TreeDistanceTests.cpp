@@ -150,6 +150,101 @@ TEST(TreeDistance, EqualsItsDefinitionOnSmallTrees)
     }
 }
 
+/// A trunk with another root's children at its end: `length` nodes that only one of two trees has.
+LabelledTree lifted(const LabelledTree& tree, std::uint32_t length)
+{
+    LabelledTree result;
+    for (std::uint32_t node = 0; node <= length; ++node)
+    {
+        result.labels.push_back(node == 0 ? tree.labels[0] : 99);
+        result.parents.push_back(node == 0 ? 0 : node - 1);
+    }
+    for (std::uint32_t node = 1; node < tree.size(); ++node)
+    {
+        result.labels.push_back(tree.labels[node]);
+        result.parents.push_back(tree.parents[node] + length);
+    }
+    return result;
+}
+
+/// The children of every node in opposite order.
+LabelledTree mirrored(const LabelledTree& tree)
+{
+    LabelledTree result;
+    struct Visit
+    {
+        std::uint32_t node;
+        std::uint32_t parent;
+    };
+    std::vector<Visit> pending{{0, 0}};
+    while (!pending.empty())
+    {
+        const Visit visit = pending.back();
+        pending.pop_back();
+        const std::uint32_t place = result.size();
+        result.labels.push_back(tree.labels[visit.node]);
+        result.parents.push_back(visit.parent);
+        for (std::uint32_t child = visit.node + 1; child < tree.size(); ++child)
+            if (tree.parents[child] == visit.node)
+                pending.push_back({child, place});
+    }
+    return result;
+}
+
+/// A trunk of `length` nodes, each with the twig of `twigAt(its number)` beside what goes on.
+LabelledTree trunkWith(std::uint32_t length, const auto& twigAt)
+{
+    std::string text = "t";
+    for (std::uint32_t i = 0; i < length; ++i)
+        text += "(" + std::string(twigAt(i)) + "t";
+    return treeOf(text + std::string(length, ')'));
+}
+
+TEST(TreeDistance, EqualsItsDefinitionWhereRowsFillRegisters)
+{
+    for (std::uint64_t seed = 0; seed < 60; ++seed)
+    {
+        const RandomKey key = RandomKey(Seed{seed}).child(0);
+        // Few labels: many subtrees are equal. Of two trees one may be deep.
+        const LabelledTree a = randomTree(key.child(1), 14, 1 + static_cast<std::uint32_t>(seed % 3));
+        const LabelledTree b =
+            seed % 2 == 0 ? randomTree(key.child(2), 13, 2) : lifted(randomTree(key.child(2), 9, 2), 6);
+        ASSERT_EQ(editDistance(a, b), PlainEditDistance(a, b)()) << seed;
+    }
+}
+
+TEST(TreeDistance, MirroredTreesAreAsFarApart)
+{
+    for (std::uint64_t seed = 0; seed < 20; ++seed)
+    {
+        const RandomKey key = RandomKey(Seed{seed}).child(0);
+        const LabelledTree a = randomTree(key.child(1), 100, 3);
+        const LabelledTree b = randomTree(key.child(2), 140, 3);
+        EXPECT_EQ(editDistance(mirrored(a), mirrored(b)), editDistance(a, b)) << seed;
+        EXPECT_EQ(editSteps(mirrored(a), mirrored(b)), editSteps(a, b)) << seed;
+    }
+}
+
+TEST(TreeDistance, CountsBeyondSixteenBits)
+{
+    const LabelledTree tree = randomTree(RandomKey(Seed{3}), 60, 3);
+    EXPECT_EQ(editDistance(lifted(tree, 33000), tree), 33000u);
+    EXPECT_EQ(editDistance(tree, lifted(tree, 33000)), 33000u);
+}
+
+TEST(TreeDistance, EqualTwigsAreComparedOnce)
+{
+    const LabelledTree plain = trunkWith(200, [](std::uint32_t) { return "a(bc)"; });
+    const LabelledTree varied =
+        trunkWith(200, [](std::uint32_t i) { return std::string("a(b") + static_cast<char>('A' + i % 26) + ")"; });
+    EXPECT_EQ(plain.size(), 801u);
+    // The trunk with all it carries, a twig of three, and the one of its leaves that does not go on what it stands on.
+    EXPECT_EQ(editSteps(plain, plain), 805.0 * 805.0);
+    EXPECT_GT(editSteps(varied, varied), editSteps(plain, plain));
+    EXPECT_EQ(editDistance(plain, varied), 200u);
+    EXPECT_EQ(editSteps({}, plain), 0);
+}
+
 TEST(TreeDistance, IsAMetric)
 {
     for (std::uint64_t seed = 0; seed < 100; ++seed)

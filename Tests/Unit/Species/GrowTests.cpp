@@ -176,6 +176,32 @@ TEST(Grow, CompletesATreeWhoseBudgetIsSpent)
     EXPECT_LE(measure(grow(endless, Seed{1}, shallow).value()).maxDepth, 6u);
 }
 
+TEST(Grow, AnOnlookerIsToldWhatIsDrawnAndStopsNothing)
+{
+    class Counter final : public DerivationSink
+    {
+    public:
+        std::uint32_t begun = 0;
+        std::uint32_t ended = 0;
+
+        bool modules(std::span<const LetterId>, std::span<const double>) override { return false; }
+        void beginInstance(std::uint32_t, std::uint32_t) override { ++begun; }
+        void endInstance() override { ++ended; }
+    };
+    const Species species = inferred(samples::thesis());
+    const Grower grower = Grower::make(species).value();
+    GrowScratch scratch;
+    Skeleton skeleton;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed)
+    {
+        Counter onlooker;
+        ASSERT_TRUE(grower.grow(Seed{seed}, {}, scratch, skeleton, &onlooker));
+        EXPECT_EQ(onlooker.begun, measure(skeleton).instances);
+        EXPECT_EQ(onlooker.ended, onlooker.begun);
+        EXPECT_EQ(skeleton.ends, grown(grower, Seed{seed}, {}, scratch).ends);
+    }
+}
+
 TEST(Grow, TakesTheAttemptItIsTold)
 {
     const Grower grower = Grower::make(inferred(samples::thesis())).value();
