@@ -10,6 +10,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 
 namespace espalier::tool {
@@ -106,16 +107,20 @@ void printReport(const Comparison& c, const Species& species)
 {
     std::cout << species.name << ": " << c.seeds << " seeds against " << c.exemplars
               << (c.exemplars == 1 ? " drawn tree of " : " drawn trees of ") << std::round(c.exemplarInstances)
-              << " template instances and " << std::round(c.size.exemplar) << " segments\n\n"
+              << " template instances and " << std::round(c.size.exemplar) << " segments"
+              << (c.exemplars == 1 ? "" : " in the mean") << "\n\n"
               << std::left << std::setw(52) << "measure" << std::setw(12) << "value" << std::setw(14) << "bar"
               << "holds\n";
     const std::vector<Bar> bars = barsOf(c);
     for (const Bar& bar : bars)
         std::cout << std::setw(52) << bar.measure << std::setw(12) << threeDigits(bar.value) << std::setw(14)
                   << boundOf(bar) << (bar.holds() ? "yes" : "NO") << '\n';
-    std::cout << '\n'
-              << barsHeld(bars) << " of " << bars.size() << " bars hold.\n"
-              << "segments: drawn " << threeDigits(c.size.exemplar) << ", grown mean " << threeDigits(c.size.mean)
+    std::cout << '\n' << barsHeld(bars) << " of " << bars.size() << " bars hold.\n";
+    std::set<std::string> told;
+    for (const Bar& bar : bars)
+        if (!bar.holds() && told.insert(bar.advice).second)
+            std::cout << "what may help: " << bar.advice << '\n';
+    std::cout << "segments: drawn " << threeDigits(c.size.exemplar) << ", grown mean " << threeDigits(c.size.mean)
               << ", median " << threeDigits(c.size.median) << '\n'
               << "depth in instances: drawn " << threeDigits(c.depth.exemplar) << ", grown mean "
               << threeDigits(c.depth.mean) << "; instances lie " << threeDigits(c.depthHistogram)
@@ -179,6 +184,8 @@ void compareTrees(const CompareOptions& options)
         failUsage("compare: expected A.archetype ... and the S.species that was inferred from them");
     if (!options.charts.empty() && std::filesystem::path(options.charts).extension() != ".png")
         failUsage("compare: " + options.charts + ": expected charts in a file that ends in .png");
+    if (!species->provenance.archetypes.empty() && species->provenance.archetypes != identityOf(archetypes))
+        std::cerr << speciesPath << ": was inferred from other drawings than these, or before they were changed\n";
     const Archetype exemplars = orFailIn(speciesPath, exemplarsOf(archetypes, species->provenance));
     const SeedRange range = parseSeeds(options.seeds);
     if (range.exemplar || range.count() < 2)

@@ -64,6 +64,9 @@ void tell(const ImportedSkeleton& imported, const FitReport& report)
               << " m in the mean; tolerance " << report.tolerance << " m, size " << report.size << " m\n";
     if (report.largestDistance > report.tolerance)
         std::cout << "  note: coordinates have 24 bits; nearer than this the tolerance cannot be kept\n";
+    if (report.trees > 1)
+        std::cout
+            << "  trees: each root is a drawn tree of its own, put at the origin; a seed grows one relative of them\n";
     if (imported.origin != DVec3(0))
         std::cout << "  moved: the root from (" << imported.origin.x << ", " << imported.origin.y << ", "
                   << imported.origin.z << ") of the file to the origin\n";

@@ -4,8 +4,10 @@
 #include <Espalier/Core/Json.h>
 #include <Espalier/Inference/RuleEdits.h>
 #include <Espalier/Species/Grow.h>
+#include <algorithm>
 #include <iostream>
 #include <memory>
+#include <span>
 
 namespace espalier::tool {
 
@@ -75,6 +77,14 @@ void grammar(const GrammarOptions& options)
         species.conflicts.clear();
     orFail(saveSpecies(options.species, species, authoringLimits()));
     std::cout << options.species << ": " << summary(species) << '\n';
+    if (options.edited.empty())
+        return;
+    constexpr std::size_t kMostTold = 8;
+    const std::vector<std::string> doubts = doubtsOf(species);
+    for (const std::string& doubt : std::span(doubts).first(std::min(doubts.size(), kMostTold)))
+        std::cerr << options.edited << ": is this meant? " << doubt << '\n';
+    if (doubts.size() > kMostTold)
+        std::cerr << options.edited << ": and " << doubts.size() - kMostTold << " more like these\n";
 }
 
 } // namespace

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <span>
 
 namespace espalier::tool {
 
@@ -59,6 +60,8 @@ std::optional<Species> formerSpecies(const InferOptions& options)
     {
         if (hasEdits(*former))
             std::cerr << options.output << ": dropped " << held << '\n';
+        if (hasEditedPipes(*former) || hasEditedTables(*former))
+            std::cerr << options.output << ": dropped edits of its pipes, its tables or its window\n";
         return {};
     }
     const std::string& method = former->provenance.method;
@@ -164,13 +167,18 @@ std::string abridged(const std::string& rule)
 void carry(const Species& former, Species& species, const std::string& path)
 {
     const CarriedEdits carried = carryEdits(former, species);
-    for (const EditConflict& conflict : carried.conflicts)
+    constexpr std::size_t kMostTold = 6;
+    const std::size_t told = std::min(carried.conflicts.size(), kMostTold);
+    for (const EditConflict& conflict : std::span(carried.conflicts).first(told))
         std::cerr << path << ": conflict: "
                   << (conflict.edited.empty() ? "the removal of `" + abridged(conflict.inferred)
                                               : "the edit `" + abridged(conflict.edited))
                   << "` is not carried over: " << conflict.reason
                   << "; the grammar has it as inferred: edit it again with `grammar --set`, or let it be with "
                      "`grammar --dismiss`\n";
+    if (told < carried.conflicts.size())
+        std::cerr << path << ": and " << counted(carried.conflicts.size() - told, "conflict")
+                  << " more, which `espalier grammar " << path << "` lists\n";
     if (hasEditedPipes(former))
         std::cout << path << ": its pipes, which were edited, are kept\n";
     if (hasEdits(species))
@@ -235,9 +243,10 @@ void infer(InferOptions options)
         carry(*former, species, options.output);
     orFail(saveSpecies(options.output, species, authoringLimits()));
     if (!options.trace && !options.explain)
-        std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances, "
-                  << species.grammar.productions.size() << " productions, merge weight "
-                  << species.provenance.mergeWeight << (options.mergeWeight ? "" : " (chosen)") << '\n';
+        std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances"
+                  << (archetypes.size() > 1 ? " in the mean, " : ", ") << species.grammar.productions.size()
+                  << " productions, merge weight " << species.provenance.mergeWeight
+                  << (options.mergeWeight ? "" : " (chosen)") << '\n';
     std::error_code ignored;
     const std::uintmax_t bytes = std::filesystem::file_size(options.output, ignored);
     if (constexpr Limits kGames; !ignored && bytes > kGames.fileBytes)

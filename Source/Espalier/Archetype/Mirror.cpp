@@ -1,5 +1,7 @@
 #include <Espalier/Archetype/Mirror.h>
 
+#include <cmath>
+
 namespace espalier {
 
 namespace {
@@ -33,7 +35,8 @@ double mirroredRotation(const Template& piece, const InstanceTransform& transfor
     if (piece.modules.empty() || !isTurn(piece.modules[0].symbol))
         return 0 - transform.rotation; // 0 stays 0, not -0
     const double turn = piece.modules[0].hasNumber ? piece.modules[0].number : transform.branchingAngle;
-    return 0 - transform.rotation - 2 * turn;
+    const double rotation = 0 - transform.rotation - 2 * turn;
+    return std::abs(rotation) > 360 ? std::remainder(rotation, 360.0) : rotation; // within what files may hold
 }
 
 } // namespace

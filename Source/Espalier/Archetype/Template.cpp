@@ -20,26 +20,34 @@ namespace {
 
 constexpr std::string_view kDigits = "0123456789";
 
+/// A name without the number that tells it from another template of that name (mergeArchetypes).
+std::string_view unnumbered(std::string_view name)
+{
+    const std::size_t end = name.find_last_not_of(kDigits);
+    const bool isNumbered = end != std::string_view::npos && end > 0 && end + 1 < name.size() && name[end] == '_';
+    return isNumbered ? name.substr(0, end) : name;
+}
+
 /// A name without the mark of mirror images.
 std::string_view unmirrored(std::string_view name)
 {
-    // Where another template was called so, a number follows (mergeArchetypes).
-    const std::size_t end = name.find_last_not_of(kDigits);
-    const bool isNumbered = end != std::string_view::npos && end + 1 < name.size() && name[end] == '_';
-    const std::string_view marked = isNumbered ? name.substr(0, end) : name;
-    if (marked.size() <= kMirrored.size() || !marked.ends_with(kMirrored))
-        return name;
-    return unmirrored(marked.substr(0, marked.size() - kMirrored.size()));
+    for (const std::string_view marked : {name, unnumbered(name)})
+        if (marked.size() > kMirrored.size() && marked.ends_with(kMirrored))
+            return unmirrored(marked.substr(0, marked.size() - kMirrored.size()));
+    return name;
 }
 
 /// A name without the number of a bend.
 std::string_view unbent(std::string_view name)
 {
     constexpr std::string_view kBent = "_bent";
-    const std::string_view marked = name.substr(0, name.find_last_not_of(kDigits) + 1);
-    if (marked.size() == name.size() || marked.size() <= kBent.size() || !marked.ends_with(kBent))
-        return name;
-    return marked.substr(0, marked.size() - kBent.size());
+    for (const std::string_view marked : {name, unnumbered(name)})
+    {
+        const std::string_view stem = marked.substr(0, marked.find_last_not_of(kDigits) + 1);
+        if (stem.size() < marked.size() && stem.size() > kBent.size() && stem.ends_with(kBent))
+            return stem.substr(0, stem.size() - kBent.size());
+    }
+    return name;
 }
 
 } // namespace
@@ -155,6 +163,8 @@ private:
             const bool valid =
                 !piece.name.empty() && piece.name.size() <= 256 && isLetter(piece.name[0]) &&
                 std::ranges::all_of(piece.name, [](char c) { return isLetter(c) || isDigit(c) || c == '_'; });
+            if (!valid && (text_[at] == '#' || text_.substr(at).starts_with("//")))
+                return fail(at, "this cannot be the name of a template", "a comment to begin with %");
             if (!valid)
                 return fail(at, "this cannot be the name of a template",
                             "a letter, then letters, digits or underscores, then `:`");

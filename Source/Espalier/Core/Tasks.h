@@ -31,7 +31,7 @@ void forEachTask(std::uint32_t count, std::uint32_t threads, const Progress& pro
         task(mine);
         return true;
     };
-    std::vector<std::thread> workers;
+    std::vector<std::jthread> workers; // which join, whatever happens
     try
     {
         while (workers.size() + 1 < std::min(threads, count))
@@ -46,8 +46,7 @@ void forEachTask(std::uint32_t count, std::uint32_t threads, const Progress& pro
     }
     while (takeTask())
         onCaller(std::min(next.load(std::memory_order_relaxed), count));
-    for (std::thread& worker : workers)
-        worker.join();
+    workers.clear();
 }
 
 } // namespace espalier

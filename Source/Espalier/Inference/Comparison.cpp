@@ -288,8 +288,8 @@ public:
                 return std::ranges::any_of(drawn_.samples.segments,
                                            [&](double e) { return size >= low * e && size <= high * e; });
             };
-            c.size.within += like(0.5, 1.5) ? 1 / seeds : 0;
-            c.size.tiny += like(0.1, kInfinity) ? 0 : 1 / seeds;
+            c.size.within += like(0.5, 1.5) ? 1 : 0;
+            c.size.tiny += like(0.1, kInfinity) ? 0 : 1;
         }
         c.size.unfinished = unfinished_ / seeds;
 
@@ -304,7 +304,9 @@ public:
         c.strahler = {meanOf(drawn_.strahler), meanOf(grown_.strahler)};
         for (const double order : grown_.strahler)
             if (std::ranges::any_of(drawn_.strahler, [&](double e) { return std::abs(order - e) <= 1; }))
-                c.strahlerWithin1 += 1 / seeds;
+                c.strahlerWithin1 += 1;
+        for (double* share : {&c.size.within, &c.size.tiny, &c.strahlerWithin1})
+            *share /= seeds;
         c.bifurcation = {meanOf(drawn_.bifurcation), meanOf(grown_.bifurcation)};
 
         c.editDistance = {medianOf(exemplarDistances_), medianOf(pairDistances_),
@@ -510,24 +512,29 @@ std::vector<Bar> barsOf(const Comparison& c)
     const bool few = c.exemplarInstances < kFewInstances;
     const double parameter = few ? 0.15 : 0.1;
     const auto ratio = [](const MeanComparison& m) { return m.exemplar > 0 ? m.mean / m.exemplar : 1.0; };
+    const char* const tooFree = "a smaller --merge-weight keeps relatives nearer to the drawing";
+    const char* const tooAlike = "a larger --merge-weight, or more branches of one template and about one size";
+    const char* const outline =
+        "a smaller --merge-weight; limbs whose pieces begin with $ keep to the ground wherever they hang";
     return {
-        {"trees within 0.5 to 1.5 of the exemplar's segments", c.size.within, 0.8, kInfinity},
-        {"trees under 10 % of its size", c.size.tiny, -kInfinity, 0},
-        {"unfinished trees", c.size.unfinished, -kInfinity, 0},
-        {"divergence of (parent, anchor -> child), bit", c.anchorDivergence, -kInfinity, 0.05},
-        {"branching angles, distance over spread", c.parameters.angle.distance, -kInfinity, parameter},
-        {"lengths, distance over spread", c.parameters.length.distance, -kInfinity, parameter},
-        {"widths, distance over spread", c.parameters.width.distance, -kInfinity, parameter},
-        {"azimuths, distance over spread", c.parameters.azimuth.distance, -kInfinity, parameter},
-        {"mean depth over the exemplar's", ratio(c.depth), 0.8, 1.2},
-        {"Strahler order within 1", c.strahlerWithin1, 0.95, kInfinity},
-        {"edit distance to the exemplar, median", c.editDistance.exemplarMedian, 0.15, 0.4},
-        {"edit distance between trees, median", c.editDistance.pairMedian, 0.25, kInfinity},
-        {"distinct trees", c.distinct, few ? 0.8 : 0.9, kInfinity},
-        {"exact copies of the exemplar", c.copies, -kInfinity, 0.05},
-        {"crown height over the exemplar's", ratio(c.crown.height), 0.85, 1.15},
-        {"crown width over the exemplar's", ratio(c.crown.width), 0.85, 1.15},
-        {"length by height, distance over height", c.crown.profile, -kInfinity, 0.15},
+        {"trees within 0.5 to 1.5 of the exemplar's segments", c.size.within, 0.8, kInfinity, tooFree},
+        {"trees under 10 % of its size", c.size.tiny, -kInfinity, 0, tooFree},
+        {"unfinished trees", c.size.unfinished, -kInfinity, 0, "rules that end: see `espalier check`"},
+        {"divergence of (parent, anchor -> child), bit", c.anchorDivergence, -kInfinity, 0.05, tooFree},
+        {"branching angles, distance over spread", c.parameters.angle.distance, -kInfinity, parameter, tooFree},
+        {"lengths, distance over spread", c.parameters.length.distance, -kInfinity, parameter, tooFree},
+        {"widths, distance over spread", c.parameters.width.distance, -kInfinity, parameter, tooFree},
+        {"azimuths, distance over spread", c.parameters.azimuth.distance, -kInfinity, parameter, tooFree},
+        {"mean depth over the exemplar's", ratio(c.depth), 0.8, 1.2, tooFree},
+        {"Strahler order within 1", c.strahlerWithin1, 0.95, kInfinity, tooFree},
+        {"edit distance to the exemplar, median", c.editDistance.exemplarMedian, 0.15, 0.4,
+         c.editDistance.exemplarMedian < 0.15 ? tooAlike : tooFree},
+        {"edit distance between trees, median", c.editDistance.pairMedian, 0.25, kInfinity, tooAlike},
+        {"distinct trees", c.distinct, few ? 0.8 : 0.9, kInfinity, tooAlike},
+        {"exact copies of the exemplar", c.copies, -kInfinity, 0.05, tooAlike},
+        {"crown height over the exemplar's", ratio(c.crown.height), 0.85, 1.15, outline},
+        {"crown width over the exemplar's", ratio(c.crown.width), 0.85, 1.15, outline},
+        {"length by height, distance over height", c.crown.profile, -kInfinity, 0.15, outline},
     };
 }
 

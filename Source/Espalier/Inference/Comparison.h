@@ -112,10 +112,10 @@ struct ComparisonOptions
     Progress progress{};
 };
 
-/// Grows trees of `species` and compares them with the archetypes it was inferred from, given depth (giveDepth) if they
-/// were then. Each drawn tree counts as often as the species says it did there, if it has as many. Tables of the
-/// species are matched with the archetypes' templates by name. Deterministic. Fails as Grower does, and
-/// with BadInput for an archetype that is not valid, a species without template instances, or fewer than 2 seeds.
+/// Grows trees of `species` and compares them with what it was inferred from, as exemplarsOf gives it: with depth and
+/// mirror images, if they were taught. Each drawn tree counts as often as the species says it did there, if it has as
+/// many. Tables of the species are matched with the archetypes' templates by name. Deterministic. Fails as Grower does,
+/// and with BadInput for an archetype that is not valid, a species without template instances, or fewer than 2 seeds.
 [[nodiscard]] Expected<Comparison> compare(std::span<const Archetype> archetypes, const Species& species,
                                            const ComparisonOptions& options = {});
 
@@ -124,8 +124,9 @@ struct Bar
 {
     std::string measure;
     double value = 0;
-    double low = 0;  ///< -infinity: no bound.
-    double high = 0; ///< infinity: no bound.
+    double low = 0;     ///< -infinity: no bound.
+    double high = 0;    ///< infinity: no bound.
+    std::string advice; ///< What helps where it does not hold.
 
     [[nodiscard]] bool holds() const noexcept { return value >= low && value <= high; }
 };

@@ -1,6 +1,7 @@
 #include <Espalier/Inference/Exemplars.h>
 
 #include <Espalier/Archetype/Mirror.h>
+#include <Espalier/Core/Hash.h>
 #include <array>
 #include <map>
 #include <set>
@@ -42,6 +43,17 @@ Archetype mergeArchetypes(std::span<const Archetype> archetypes)
         }
     }
     return all;
+}
+
+std::string identityOf(std::span<const Archetype> archetypes)
+{
+    Hash64 hash;
+    for (const Archetype& archetype : archetypes)
+    {
+        hash.bytes(printTemplates(archetype.library));
+        hash.bytes(printArchetype(archetype));
+    }
+    return hexDigits(hash.result());
 }
 
 Limits exemplarLimits()

@@ -58,9 +58,9 @@ struct InferenceOptions
 };
 
 /// Infers the rules behind one or more archetypes of a kind. The archetypes may use different libraries; templates of
-/// equal word are one. Deterministic: equal input gives an equal species. Fails with BadInput for an invalid archetype,
-/// an unknown preset or a weight or jitter out of range, with Limit where weights make more of an archetype than memory
-/// holds.
+/// equal word are one. Trials run on a thread for each processor; the result does not depend on them. Deterministic:
+/// equal input gives an equal species. Fails with BadInput for an invalid archetype, an unknown preset or a weight or
+/// jitter out of range, with Limit where weights make more of an archetype than memory holds.
 [[nodiscard]] Expected<Species> inferSpecies(std::span<const Archetype> archetypes,
                                              const InferenceOptions& options = {});
 

@@ -118,15 +118,16 @@ std::vector<KinRule> writeKin(const InferenceContext& context, const KinClasses&
 /// Of how many trees to take edit distances, so that they do not take longer than growing them (ComparisonOptions).
 std::uint32_t editEveryOf(const InferenceContext& context, std::uint32_t seeds)
 {
-    constexpr double kWork = 2e6; ///< Of products of sizes.
+    constexpr double kWork = 2e6;  ///< Of products of sizes.
+    constexpr double kFewest = 20; ///< Whatever it takes.
     double product = 0;
     for (std::size_t tree = 0; tree < context.anchors.roots.size(); ++tree)
     {
         const double size = instanceTreeOf(context.exemplars, context.anchors, tree).size();
         product += size * size;
     }
-    const double affordable = kWork / std::max(1.0, 2 * product);
-    return static_cast<std::uint32_t>(std::clamp(std::ceil(seeds / affordable), 1.0, 1e9));
+    const double affordable = std::max(kWork / std::max(1.0, 2 * product), kFewest);
+    return static_cast<std::uint32_t>(std::max(1.0, std::floor(seeds / affordable)));
 }
 
 /// By how much a trial's trees miss the bars of relatives, each miss as a share of what is asked; 0 where all hold, or
@@ -147,6 +148,7 @@ Expected<KinShortfall> shortfallOf(const InferenceContext& context, const KinTri
     options.seeds =
         static_cast<std::uint32_t>(std::clamp(kSegments / std::max(1u, provenance.exemplarSegments), 40.0, 400.0));
     options.editEvery = editEveryOf(context, options.seeds);
+    options.progress.cancelled = context.options.progress.cancelled;
     const auto comparison = compare({&context.exemplars, 1}, species, options);
     if (!comparison)
         return tl::make_unexpected(comparison.error());
@@ -169,13 +171,18 @@ std::string percent(double share)
     return formatNumber(std::round(100 * share)) + " %";
 }
 
+constexpr double kManyEqual = 1e-3; ///< Of pairs: there are about a thousand different trees.
+
 /// What a designer should know whose tree allows few relatives, and what would help.
 std::string adviceOnFewRelatives(const InferenceContext& context, const KinTrial& chosen)
 {
-    std::string text =
-        "this tree allows few relatives: of trial trees " + percent(chosen.accepted) + " were of its kind and size";
-    if (chosen.accepted > 0)
-        text += ", and about " + formatNumber(std::max(1.0, std::round(1 / std::max(chosen.equal, 1e-6)))) +
+    std::string text = "this tree allows few relatives: ";
+    if (chosen.accepted == 0)
+        text += "no trial tree was another one of its kind and size";
+    else
+        text += "of trial trees " + percent(chosen.accepted) + " were of its kind and size";
+    if (chosen.accepted > 0 && chosen.equal > kManyEqual)
+        text += ", and about " + formatNumber(std::max(1.0, std::round(1 / chosen.equal))) +
                 " different ones can be expected";
     constexpr std::uint32_t kFewInstances = 25;
     const std::uint32_t instances = context.species.provenance.exemplarInstances;
@@ -190,7 +197,7 @@ std::string adviceOnFewRelatives(const InferenceContext& context, const KinTrial
 Expected<void> classKin(InferenceContext& context)
 {
     const InferenceOptions& options = context.options;
-    const std::vector<KinLevel>& levels = kinLevels();
+    const std::vector<KinLevel> levels = kinLevelsByFreedom();
     const std::vector<std::uint32_t> draws = segmentsDrawn(context.exemplars.library);
     const KinNursery nursery(context.exemplars.library, context.limbs, draws, options.progress);
     const auto coarseness = [&](double dial) {
@@ -232,7 +239,6 @@ Expected<void> classKin(InferenceContext& context)
         percent(chosen.accepted) + " fit the window, of their pairs " +
         formatNumber(std::round(1e5 * chosen.equal) / 1e3) + " % are equal; two of them differ by about " +
         formatNumber(std::round(100 * chosen.difference) / 100) + " of their edit distance";
-    constexpr double kManyEqual = 1e-3; ///< About a thousand different trees.
     if (context.classes.weight > 0 && (chosen.accepted < 0.1 || chosen.equal > kManyEqual))
         species.provenance.note = adviceOnFewRelatives(context, chosen);
     if (options.trace)

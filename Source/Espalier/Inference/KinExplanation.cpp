@@ -129,8 +129,8 @@ private:
             {Explanation::Kind::Class, names_[c], mentions * saved,
              counted(kin.size(), "limb") + " of the template " + library_.templates[limbs_.limbs[kin[0]].kind].name +
                  ", " + range(limbs_.limbs[small].segments, limbs_.limbs[large].segments) + " segments large, " +
-                 range(limbs_.limbs[low].height, limbs_.limbs[high].height) + " instances high, drawn " +
-                 counted(drawn, "time") +
+                 range(limbs_.limbs[low].height, limbs_.limbs[high].height) + " instances high, " +
+                 (drawn == 0 ? "mirror images" : "drawn " + counted(drawn, "time")) +
                  (kin.size() == 1 ? std::string(": nothing else is of its kind")
                                   : ": where one was drawn, any may grow with chance " + formatNumber(classes_.weight) +
                                         ", a choice of " + formatNumber(std::round(choice * 100) / 100) + " bits"),
@@ -188,6 +188,9 @@ void printLevels(std::string& out, const std::vector<Explanation::Level>& levels
     std::size_t width = 0;
     for (const Explanation::Level& level : levels)
         width = std::max(width, level.name.size());
+    out += "Of trial trees: w, how often kin stand for each other; how far two differ (0.3 is wanted); how many are of "
+           "a fitting "
+           "size;\nhow many pairs are equal; the score, of which the first to reach 1 is chosen, else the best.\n";
     out += left("classes tried, from the finest", width) + "     w  differ     fit    equal  score\n";
     for (const Explanation::Level& level : levels)
     {

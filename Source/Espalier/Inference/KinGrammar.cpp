@@ -36,19 +36,24 @@ struct Observed
 /// mean, and what comes of it stays so small that no scaling can become negative.
 ///
 /// What stands upright is rolled further. The ground does not tell azimuths about an upright axis apart, so heights and
-/// angles stay, and the boughs of a trunk, which leave it in few drawn directions, come to stand all round.
+/// angles stay, and the boughs of a trunk, which leave it in few drawn directions, come to stand all round. Where it
+/// was always rolled alike, or by half turns, as in a planar tree, it stays so.
 std::array<double, 4> smoothing(const Observed& observed, double weight, double jitter)
 {
     constexpr double kMostScaling = 0.4;
     constexpr double kUprightRoll = 60; // degrees
     constexpr double kSoonUpright = 50; // with the usual jitter it is reached at weight 0.2
+    constexpr double kAlike = 0.01;     // degrees
     const double share = jitter * weight;
-    const double rolls = circularDeviationOf(observed.rolls);
     std::array<double, 4> spread{
         std::min({kMostScaling, jitter, share * deviationOf(observed.scalings) / meanOf(observed.scalings)}),
-        share * circularDeviationOf(observed.rotations), share * deviationOf(observed.branchings), share * rolls};
-    if (observed.isUpright && rolls > 0) // a planar tree stays one
-        spread[3] = std::min(1.0, kSoonUpright * share) * std::max(rolls, kUprightRoll);
+        share * circularDeviationOf(observed.rotations), share * deviationOf(observed.branchings),
+        share * circularDeviationOf(observed.rolls)};
+    std::vector<double> doubled; // so that half turns are whole ones
+    for (const double roll : observed.rolls)
+        doubled.push_back(2 * roll);
+    if (observed.isUpright && circularDeviationOf(doubled) > 2 * kAlike)
+        spread[3] = std::max(spread[3], kUprightRoll * std::min(1.0, kSoonUpright * share));
     for (double& value : spread)
         value = std::round(value * 1e4) / 1e4;
     return spread;
@@ -85,12 +90,11 @@ LimbTransforms transformsOf(const LimbTable& limbs, const KinClasses& classes, c
             result.tableOf[limb.kind] = static_cast<std::uint32_t>(result.tables.size());
             result.tables.push_back({library.templates[limb.kind].name, {}});
         }
-        const std::uint32_t observations = limb.drawn > 0 ? limb.count : 0;
         seen.isUpright = seen.isUpright && limb.isUpright;
-        seen.scalings.insert(seen.scalings.end(), observations, limb.scaling);
-        seen.branchings.insert(seen.branchings.end(), observations, limb.branchingAngle);
+        seen.scalings.insert(seen.scalings.end(), limb.observations, limb.scaling);
+        seen.branchings.insert(seen.branchings.end(), limb.observations, limb.branchingAngle);
         for (const LimbUse& use : loadOf(limbs, i))
-            direct(use, observations);
+            direct(use, limb.observations);
     }
     // A run has rows of its own, one behind the other; other limbs share what is equal.
     result.rowOf.resize(limbs.limbs.size());

@@ -86,7 +86,7 @@ void KinSimulation::grow(Seed seed, double weight, std::uint32_t mostSegments, S
     key_ = RandomKey(seed);
     counter_ = 0;
     threshold_ = static_cast<std::uint64_t>(weight * 0x1p53);
-    growRecorded(limbs_.roots[turns_[seed.value % turns_.size()]].limb, mostSegments, tree);
+    growRecorded(limbs_.roots[beginningOf(seed)].limb, mostSegments, tree);
 }
 
 void KinSimulation::drawn(std::size_t index, SimulatedTree& tree)

@@ -46,6 +46,9 @@ public:
     /// Leaves off beyond `mostSegments` segments.
     void grow(Seed seed, double weight, std::uint32_t mostSegments, SimulatedTree& tree);
 
+    /// The drawn tree that `seed` begins with.
+    [[nodiscard]] std::uint32_t beginningOf(Seed seed) const noexcept { return turns_[seed.value % turns_.size()]; }
+
     /// Drawn tree number `index`.
     void drawn(std::size_t index, SimulatedTree& tree);
 

@@ -168,7 +168,8 @@ KinNursery::Stand KinNursery::growStand(KinSimulation& simulation, const std::ve
     {
         simulation.grow(trialSeed(i), weight, most, tree);
         stand.samples.push_back({tree.segments, tree.depth, tree.topology, tree.whole,
-                                 std::ranges::find(drawn, tree.topology) != drawn.end()});
+                                 std::ranges::find(drawn, tree.topology) != drawn.end(),
+                                 simulation.beginningOf(trialSeed(i))});
         if (tree.whole)
             shapes[i] = {tree.shape, std::move(tree.grams)};
     }
@@ -212,6 +213,33 @@ double KinNursery::distanceScaleOf(const Stand& stand) const
     return exact.empty() || estimated <= 0 ? 1 : std::clamp(medianOf(std::move(exact)) / estimated, 0.25, 2.0);
 }
 
+/// Share of attempts that are accepted: where several trees were drawn and there are enough attempts to tell, of those
+/// that begin with the one that has the fewest. A kind of its own among them, whose limbs have no kin, would else grow
+/// nothing but copies, which are refused, and vanish.
+double KinNursery::acceptedOf(const Stand& stand) const
+{
+    constexpr std::size_t kFewestAttempts = 10;
+    struct Count
+    {
+        double attempts = 0;
+        double accepted = 0;
+    };
+    std::vector<Count> counts(limbs_.roots.size());
+    Count all;
+    for (const Sample& sample : stand.samples)
+        for (Count* count : {&all, &counts[sample.beginning]})
+        {
+            ++count->attempts;
+            count->accepted += accepts(stand.window, sample) ? 1 : 0;
+        }
+    double least = all.accepted / all.attempts;
+    if (stand.samples.size() >= kFewestAttempts * counts.size())
+        for (const Count& count : counts)
+            if (count.attempts > 0)
+                least = std::min(least, count.accepted / count.attempts);
+    return least;
+}
+
 KinNursery::Outcome KinNursery::outcomeOf(const Stand& stand, double weight) const
 {
     Outcome outcome;
@@ -220,7 +248,7 @@ KinNursery::Outcome KinNursery::outcomeOf(const Stand& stand, double weight) con
     for (const Sample& sample : stand.samples)
         if (accepts(stand.window, sample))
             topologies.push_back(sample.topology);
-    outcome.accepted = static_cast<double>(topologies.size()) / static_cast<double>(stand.samples.size());
+    outcome.accepted = acceptedOf(stand);
     outcome.equal = shareOfEqualPairs(std::move(topologies));
     outcome.difference = differenceOf(stand.accepted);
     outcome.window = stand.window;

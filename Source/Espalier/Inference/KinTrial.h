@@ -31,7 +31,7 @@ struct KinTrial
     /// Whose accepted trees have the drawn trees' mean size, as nearly as its lower bound can bring about. Without
     /// copies.
     GrowthWindow window;
-    double accepted = 0; ///< Share of attempts inside the window that are no copies.
+    double accepted = 0; ///< Share of attempts inside the window that are no copies; of the drawn tree with the fewest.
     double equal = 1;    ///< Chance that two accepted trees are the same but for transforms.
     /// Median edit distance between two of them over the sum of their instances; of trees that are not small an
     /// estimate, held to exact distances where there is time for some.
@@ -70,7 +70,8 @@ private:
         std::uint32_t depth;
         std::uint64_t topology;
         bool whole;
-        bool copy; ///< Of a drawn tree.
+        bool copy;               ///< Of a drawn tree.
+        std::uint32_t beginning; ///< The drawn tree it began with.
     };
     /// The first accepted of all attempts, and what is seen of the others.
     struct Stand
@@ -92,6 +93,7 @@ private:
 
     [[nodiscard]] TreeRecord record() const;
     [[nodiscard]] bool accepts(const GrowthWindow& window, const Sample& sample) const;
+    [[nodiscard]] double acceptedOf(const Stand& stand) const;
     [[nodiscard]] GrowthWindow windowFor(const std::vector<Sample>& samples) const;
     [[nodiscard]] Stand growStand(KinSimulation& simulation, const std::vector<std::uint64_t>& drawn,
                                   double weight) const;

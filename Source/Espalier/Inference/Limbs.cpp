@@ -30,6 +30,12 @@ std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library)
 
 namespace {
 
+bool beginsWithOpenTurn(const Template& piece)
+{
+    const TemplateModule* first = piece.modules.empty() ? nullptr : &piece.modules[0];
+    return first && (first->symbol == '+' || first->symbol == '-') && !first->hasNumber;
+}
+
 /// How often each instance counts: as often as its tree.
 std::vector<std::uint32_t> weightsOfInstances(const Archetype& exemplars, std::span<const std::uint32_t> weights)
 {
@@ -77,6 +83,8 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
                   1,
                   instance.transform.scaling,
                   instance.transform.branchingAngle};
+        if (mirrored && beginsWithOpenTurn(exemplars.library.templates[instance.piece]))
+            limb.firstTurn = limb.branchingAngle;
         if (mirrored)
             limb.side = i < drawnInstances ? stances[i].skySide : mirrorImage(stances[i - drawnInstances].skySide);
         Hash64 hash;
@@ -115,6 +123,7 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
         if (i < drawnInstances)
         {
             ++found.limbs[same].drawn;
+            found.limbs[same].observations += weightOf[i];
             found.limbs[same].isUpright &= !stances.empty() && stances[i].isUpright;
         }
         limbOf[i] = same;
@@ -166,6 +175,13 @@ const std::vector<KinLevel>& kinLevels()
     return kLevels;
 }
 
+std::vector<KinLevel> kinLevelsByFreedom()
+{
+    std::vector<KinLevel> levels = kinLevels();
+    std::ranges::stable_partition(levels, [](const KinLevel& level) { return !level.anchors; });
+    return levels;
+}
+
 KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalSegments)
 {
     const auto band = [](double value, double base) {
@@ -174,7 +190,7 @@ KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalS
     KinClasses classes;
     classes.level = level;
     const bool mirrored = limbs.drawnInstances < limbs.limbOf.size();
-    std::map<std::tuple<std::uint32_t, int, double, double>, std::uint32_t> numbers;
+    std::map<std::tuple<std::uint32_t, int, double, double, double>, std::uint32_t> numbers;
     for (std::uint32_t i = 0; i < limbs.limbs.size(); ++i)
     {
         const Limb& limb = limbs.limbs[i];
@@ -186,7 +202,8 @@ KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalS
         constexpr int kImage = 2;
         const bool isImage = mirrored && level.anchors && limb.side == SkySide::Neither && limb.drawn == 0;
         const int side = isImage ? kImage : static_cast<int>(limb.side);
-        const auto key = std::tuple(limb.kind, side, band(share, level.sizeBase), band(limb.height, level.heightBase));
+        const auto key = std::tuple(limb.kind, side, limb.firstTurn, band(share, level.sizeBase),
+                                    band(limb.height, level.heightBase));
         const auto [entry, isNew] = numbers.try_emplace(key, static_cast<std::uint32_t>(classes.kin.size()));
         if (isNew)
         {

@@ -35,6 +35,10 @@ struct Limb
     std::uint32_t drawn = 0;         ///< Occurrences in the drawn trees; 0: only their mirror images have it.
     SkySide side = SkySide::Neither; ///< Where mirror images count too: what stands for it must look to the sky alike.
     bool isUpright = true;           ///< So stands each that was drawn.
+    /// Likewise: the branching angle of a word that begins with a turn without a number of its own. A mirrored place's
+    /// rotation makes up for the turn of what was drawn there, and would point what turns otherwise elsewhere.
+    double firstTurn = 0;
+    std::uint32_t observations = 0; ///< As `count`, but without mirror images.
 };
 
 /// What hangs at a place.
@@ -90,8 +94,12 @@ struct KinClasses
     std::vector<std::vector<std::uint32_t>> runs;
 };
 
-/// Levels from the finest to the coarsest.
+/// Levels from the finest to the coarsest, as they are tried.
 [[nodiscard]] const std::vector<KinLevel>& kinLevels();
+
+/// The same in the order of how freely they let branches stand for each other: those that exchange the occupants of
+/// anchors too come last.
+[[nodiscard]] std::vector<KinLevel> kinLevelsByFreedom();
 
 /// `totalSegments`: size of a whole drawn tree.
 [[nodiscard]] KinClasses classify(const LimbTable& limbs, const KinLevel& level, double totalSegments);

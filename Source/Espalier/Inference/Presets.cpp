@@ -2,7 +2,6 @@
 #include <Espalier/Inference/InferenceContext.h>
 
 #include <Espalier/Archetype/Placement.h>
-#include <Espalier/Core/Hash.h>
 #include <Espalier/Plant/Axes.h>
 #include <algorithm>
 #include <numeric>
@@ -43,17 +42,6 @@ const std::vector<Preset>& presets()
          nullptr},
     };
     return kPresets;
-}
-
-std::string identityOf(std::span<const Archetype> archetypes)
-{
-    Hash64 hash;
-    for (const Archetype& archetype : archetypes)
-    {
-        hash.bytes(printTemplates(archetype.library));
-        hash.bytes(printArchetype(archetype));
-    }
-    return hexDigits(hash.result());
 }
 
 Expected<void> checkOptions(std::span<const Archetype> archetypes, const InferenceOptions& options)
@@ -175,6 +163,9 @@ Expected<Species> inferSpecies(std::span<const Archetype> archetypes, const Infe
 
     InferenceContext context{
         options, exemplarsOf(archetypes, options.spatial, options.mirror), {}, {}, {}, {}, {}, {}, {}, {}, {}, {}, {}};
+    // Of each by itself it was; together, and with their images, they may be too many.
+    if (auto done = validate(context.exemplars); !done)
+        return tl::make_unexpected(done.error());
     context.anchors = anchorsOf(context.exemplars);
     context.species.name = options.name;
     context.species.provenance.method = preset->method;

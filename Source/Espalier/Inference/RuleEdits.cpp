@@ -2,10 +2,13 @@
 
 #include <Espalier/Core/Json.h>
 #include <Espalier/Inference/RuleMatch.h>
+#include <Espalier/Turtle/Turtle.h>
 #include <algorithm>
 #include <charconv>
 #include <map>
+#include <set>
 #include <span>
+#include <utility>
 
 namespace espalier {
 
@@ -125,10 +128,10 @@ std::vector<std::string> headOf(const Species& species)
 std::string conflictText(const EditConflict& conflict)
 {
     std::string text = "conflict: ";
-    text += conflict.inferred.empty() ? "added " + conflict.edited
-            : conflict.edited.empty() ? "removed " + conflict.inferred
-                                      : conflict.inferred + "  was edited to  " + conflict.edited;
-    text += "  but " + conflict.reason;
+    text += conflict.inferred.empty() ? "added `" + conflict.edited + "`"
+            : conflict.edited.empty() ? "removed `" + conflict.inferred + "`"
+                                      : "`" + conflict.inferred + "` was edited to `" + conflict.edited + "`";
+    text += ", but " + conflict.reason;
     blankControls(text);
     return text;
 }
@@ -304,6 +307,108 @@ void setGrammar(Species& species, Grammar edited)
     const RuleMatch match = matchOf(species);
     for (std::size_t r = 0; r < species.rules.size(); ++r)
         species.rules[r].locked = species.rules[r].locked && match.editedOf[r] != kNoRule;
+}
+
+namespace {
+
+/// What the rules of a grammar rewrite.
+struct Rewritten
+{
+    std::set<std::uint32_t> parameters; ///< Numbers of them.
+    double limbs = 0;                   ///< Numbered 0, 1, ..., where rules ask for a number.
+    bool isNumbered = false;
+};
+
+std::map<std::string, Rewritten> rewrittenBy(const Grammar& grammar, const std::vector<RuleOrigin>& origins)
+{
+    std::map<std::string, Rewritten> result;
+    for (std::size_t r = 0; r < grammar.productions.size(); ++r)
+    {
+        const Production& production = grammar.productions[r];
+        Rewritten& rewritten = result[std::string(grammar.symbols.name(production.predecessor))];
+        rewritten.parameters.insert(static_cast<std::uint32_t>(production.parameters.size()));
+        const std::optional<double> index = keyOf(grammar, production).index;
+        rewritten.isNumbered |= index.has_value();
+        const double limbs = r < origins.size() ? origins[r].limbs : 1;
+        rewritten.limbs = std::max(rewritten.limbs, index.value_or(0) + limbs);
+    }
+    return result;
+}
+
+/// Calls function(word) for the axiom and the successors.
+template <class Function>
+void forEachWord(const Grammar& grammar, Function&& function)
+{
+    function(grammar.axiom);
+    for (const Production& production : grammar.productions)
+        function(production.successor);
+}
+
+} // namespace
+
+std::vector<std::string> doubtsOf(const Species& species)
+{
+    std::vector<std::string> doubts;
+    if (!species.inferred)
+        return doubts;
+    const Grammar& grammar = species.grammar;
+    const Grammar& inferred = *species.inferred;
+    const std::map<std::string, Rewritten> rules = rewrittenBy(grammar, {});
+    const std::map<std::string, Rewritten> limbs = rewrittenBy(inferred, species.rules);
+    std::set<std::string> known; // symbols of what was inferred
+    forEachWord(inferred, [&](const std::vector<Module>& word) {
+        for (const Module& module : word)
+            known.insert(std::string(inferred.symbols.name(module.symbol)));
+    });
+    std::set<std::string> told;
+    const auto doubt = [&](std::string text) {
+        if (told.insert(text).second)
+            doubts.push_back(std::move(text));
+    };
+    forEachWord(grammar, [&](const std::vector<Module>& word) {
+        std::string idle; // a run of symbols that nothing reads: what is left of a name that was written wrongly
+        const auto tellIdle = [&] {
+            if (!idle.empty())
+                doubt("`" + idle + "` draws nothing, and no rule rewrites it");
+            idle.clear();
+        };
+        bool namesOrgan = false;
+        for (const Module& module : word)
+        {
+            const std::string& name = grammar.symbols.name(module.symbol);
+            if (std::exchange(namesOrgan, name == "~"))
+                continue;
+            const auto rule = rules.find(name);
+            if (rule == rules.end())
+            {
+                const bool draws = turtleCommand(name) != TurtleCommand::Nothing ||
+                                   std::ranges::find(grammar.draw, module.symbol) != grammar.draw.end() ||
+                                   std::ranges::find(grammar.move, module.symbol) != grammar.move.end();
+                if (!known.contains(name) && !draws)
+                    idle += name;
+                else
+                    tellIdle();
+                continue;
+            }
+            tellIdle();
+            if (!rule->second.parameters.contains(module.argumentCount))
+            {
+                doubt("`" + name + "` with " + counted(module.argumentCount, "number") +
+                      " has no rule; its rules have " + std::to_string(*rule->second.parameters.begin()));
+                continue;
+            }
+            const auto limb = limbs.find(name);
+            if (module.argumentCount == 0 || limb == limbs.end() || !limb->second.isNumbered)
+                continue;
+            const ExpressionNode& first = grammar.expressions[grammar.arguments[module.firstArgument]];
+            const double most = std::max(limb->second.limbs, rule->second.limbs);
+            if (first.op == ExpressionOp::Number && !(first.value >= 0 && first.value < most))
+                doubt("there is no limb " + formatNumber(first.value) + " of " + name + "; it has 0 to " +
+                      formatNumber(most - 1));
+        }
+        tellIdle();
+    });
+    return doubts;
 }
 
 Expected<std::uint32_t> lockRules(Species& species, std::string_view which, bool locked)

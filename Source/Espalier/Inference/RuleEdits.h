@@ -40,6 +40,11 @@ struct EditSummary
 [[nodiscard]] bool hasEditedPipes(const Species& species);
 [[nodiscard]] bool hasEditedTables(const Species& species);
 
+/// What is allowed in an edited grammar and hardly meant, a sentence each: symbols that nothing rewrites and nothing
+/// draws, modules with other numbers of parameters than their rules, limbs that are not there. Of what was inferred
+/// nothing is said.
+[[nodiscard]] std::vector<std::string> doubtsOf(const Species& species);
+
 /// Puts an edited grammar in the place of the species' own. Tables, and the origins of the rules that it keeps, stay;
 /// edits add up, relative to what was inferred, and the inferred text set again removes them all. A lock on a rule that
 /// is no more goes with it. A species that nobody inferred simply gets the grammar.

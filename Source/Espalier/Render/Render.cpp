@@ -121,9 +121,14 @@ double groundUnder(const TreeMesh& mesh)
         lowest = std::min(lowest, mesh.positions[index].y);
         highest = std::max(highest, mesh.positions[index].y);
     }
-    // Roots that dip a little into the earth do not lift the tree out of it.
+    // Roots that dip a little into the earth do not lift the tree out of it, and twigs that droop below its foot do not
+    // leave it hanging in the air. What has much below its foot is a root itself, and is to be seen.
     constexpr float kRootShare = 0.03f;
-    return -lowest > kRootShare * (highest - lowest) ? lowest : 0.0;
+    constexpr double kMuch = 0.25;
+    const float depth = -kRootShare * (highest - lowest);
+    const auto below =
+        std::ranges::count_if(mesh.indices, [&](std::uint32_t index) { return mesh.positions[index].y < depth; });
+    return static_cast<double>(below) > kMuch * static_cast<double>(mesh.indices.size()) ? lowest : 0.0;
 }
 
 /// Places the cameras of all shots: one distance, one height over the ground, each tree centred from left to right.

@@ -167,6 +167,40 @@ TEST(Mirror, KeepsWhatBendsToTheSkyBentSo)
     EXPECT_GT(branches, 500);
 }
 
+TEST(Mirror, PointsBranchesWhereOnesOfTheirAngleWereDrawn)
+{
+    // Arms that begin with a turn, by 25 or by 75 degrees, along a stem.
+    std::string tree = R"({"template": "arm"})";
+    for (int i = 0; i < 16; ++i)
+        tree = R"({"template": "stem", "children": {"A": {"template": "arm", "branchingAngle": )" +
+               std::string(i % 3 == 0 ? "25" : "75") + R"(}, "Z": )" + tree + "}}";
+    const Archetype drawn = samples::read("stem: F[A]FZ\narm: +FFX\n", tree);
+    const Species species = inferSpecies({&drawn, 1}, {.mergeWeight = 1.0, .jitter = 0, .mirror = true}).value();
+    GrowScratch scratch;
+    Skeleton grown;
+    for (std::uint64_t seed = 1; seed <= 20; ++seed)
+    {
+        ASSERT_TRUE(Grower::make(species)->grow(Seed{seed}, {}, scratch, grown));
+        for (const Vec3& heading : grown.headings)
+        {
+            const double angle = std::abs(std::atan2(heading.x, heading.y)) / 0.017453293;
+            EXPECT_LT(std::min({std::abs(angle), std::abs(angle - 25), std::abs(angle - 45), std::abs(angle - 75)}),
+                      1e-3)
+                << angle;
+        }
+    }
+}
+
+TEST(Mirror, OfAnglesOutOfTheOrdinaryIsAnArchetypeStill)
+{
+    const Archetype drawn = samples::read("stem: F[A]FZ\narm: +(2000)FFX\n",
+                                          R"({"template": "stem", "children": {"A": {"template": "arm", "rotation": -7},
+                                              "Z": {"template": "stem", "children": {"A": {"template": "arm"}}}}})");
+    EXPECT_TRUE(validate(mirrorImage(drawn)));
+    expectMirrored(drawArchetype(drawn).value(), drawArchetype(mirrorImage(drawn)).value());
+    EXPECT_TRUE(inferSpecies({&drawn, 1}, {.mirror = true}));
+}
+
 TEST(Mirror, IsForKinAlone)
 {
     const Archetype drawn = samples::thesis();

@@ -58,6 +58,9 @@ TEST(Templates, BentOnesWithTheSameAnchorsAreOfTheKindOfTheStraightOne)
                                            "bow_bent2: F+FX\n");      // 10, of the kind of that one
     EXPECT_EQ(kindsOf(library), (std::vector<std::uint32_t>{0, 1, 0, 0, 4, 5, 6, 7, 8, 9, 9}));
     EXPECT_TRUE(kindsOf({}).empty());
+    // What got a number when libraries were merged is a bend of its kind still; other numbers tell templates apart.
+    EXPECT_EQ(kindsOf(parsed("bow: FX\nbow_bent1: F+FX\nbow_bent1_2: F-FX\nbow_2: FFX\n")),
+              (std::vector<std::uint32_t>{0, 0, 0, 3}));
     // A straight one that comes later is of the kind all the same.
     EXPECT_EQ(kindsOf(parsed("bow_bent1: FX\nbow: FFX\n")), (std::vector<std::uint32_t>{0, 0}));
 }

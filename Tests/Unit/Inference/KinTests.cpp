@@ -203,6 +203,34 @@ TEST(Kin, TurnsTheBoughsOfAnUprightTrunkAllRound)
     EXPECT_LE(boughsOf(trunk(10), 0), 3u);
 }
 
+TEST(Kin, RollsNoFurtherWhatWasRolledAlikeOrLiesInAPlane)
+{
+    for (const auto& [first, second] : {std::pair(30.0, 30.0), std::pair(137.5, 137.5), std::pair(0.0, 180.0)})
+    {
+        std::string tree = R"({"template": "bough"})";
+        for (int i = 0; i < 12; ++i)
+            tree = R"({"template": "stem", "roll": )" + std::to_string(i % 2 == 0 ? first : second) +
+                   R"(, "children": {"A": {"template": "bough"}, "Z": )" + tree + "}}";
+        const Species species = inferred(samples::read("stem: F[-(60)A]FZ\nbough: FF\n", tree), {.mergeWeight = 0.5});
+        const auto stem = std::ranges::find(species.tables, "stem", &TransformTable::name);
+        ASSERT_NE(stem, species.tables.end());
+        // 0 and 180 vary by 90 degrees, of which a twentieth is the usual jitter.
+        EXPECT_LT(stem->spread[3], 7) << first << ", " << second;
+    }
+}
+
+TEST(Kin, LosesNoneOfSeveralDrawnTreesThatHaveLittleInCommon)
+{
+    // Of the small one nothing has kin in the finest classes, and copies are refused.
+    const std::vector<Archetype> drawn{samples::grownArchetype(Seed{4}, 400, samples::Repetition::Distinct),
+                                       samples::thesis()};
+    const Species species = inferSpecies(drawn).value();
+    int small = 0;
+    for (std::uint64_t seed = 1; seed <= 100; ++seed)
+        small += grow(species, Seed{seed})->size() < 150;
+    EXPECT_NEAR(small, 50, 20);
+}
+
 TEST(Kin, GrowsEachOfSeveralDrawnTrees)
 {
     Archetype archetype = samples::thesis();

@@ -14,8 +14,8 @@ namespace espalier {
 namespace {
 
 constexpr double kFine = 0; // level of classes: by size and height
-constexpr double kAnchors = 1.0 / 3;
-constexpr double kCoarse = 5.0 / 6; // by template alone
+constexpr double kAnchors = 2.0 / 3;
+constexpr double kCoarse = 0.5; // by template alone
 
 Species inferred(const Archetype& archetype, double mergeWeight = 0.5, double ruleWeight = kCoarse)
 {
@@ -559,6 +559,28 @@ TEST(RuleEdits, KeepWhatInferenceDoesNotKnow)
     Species alone = inferred(samples::thesis(), 0.75);
     alone.appearance = {};
     EXPECT_EQ(anew, alone); // nothing else has changed
+}
+
+TEST(RuleEdits, ThatAreHardlyMeantAreDoubted)
+{
+    Species species = inferred(samples::thesis());
+    EXPECT_TRUE(doubtsOf(species).empty());
+    const auto doubtsAfter = [&](const std::string& from, const std::string& to) {
+        Species edited = species;
+        edit(edited, from, to);
+        return doubtsOf(edited);
+    };
+    const std::string rules = printGrammar(species.grammar);
+    const std::size_t at = rules.find("III(", rules.find("->")); // some limb that hangs somewhere
+    ASSERT_NE(at, std::string::npos);
+    const std::string limb = rules.substr(at, rules.find(')', at) + 1 - at);
+    const std::string numbers = limb.substr(limb.find('('));
+    EXPECT_EQ(doubtsAfter(limb, "iIi" + numbers),
+              std::vector<std::string>{"`iIi` draws nothing, and no rule rewrites it"});
+    EXPECT_EQ(doubtsAfter(limb, "III(99" + numbers.substr(numbers.find(','))).size(), 1u);
+    EXPECT_EQ(doubtsAfter(limb, "III(1, 2, 3)").size(), 1u);
+    EXPECT_TRUE(doubtsAfter("let w = 0.5", "let w = 0.25").empty());
+    EXPECT_TRUE(doubtsAfter("F(s)", "F(s)~L@(0.1)").empty()) << "organs and balls are drawn";
 }
 
 TEST(RuleEdits, KeepPipesThatWereEditedInTheFile)
