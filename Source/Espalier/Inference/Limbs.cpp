@@ -178,7 +178,7 @@ const std::vector<KinLevel>& kinLevels()
 std::vector<KinLevel> kinLevelsByFreedom()
 {
     std::vector<KinLevel> levels = kinLevels();
-    std::ranges::stable_partition(levels, [](const KinLevel& level) { return !level.anchors; });
+    std::stable_partition(levels.begin(), levels.end(), [](const KinLevel& level) { return !level.anchors; });
     return levels;
 }
 
