@@ -2,6 +2,8 @@
 
 #include <Espalier/Bake/Gltf.h>
 #include <Espalier/Bake/Swc.h>
+#include <Espalier/Mesh/DetailLevel.h>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -18,6 +20,7 @@ struct GrowCommand
     std::string output;
     std::optional<std::uint32_t> iterations;
     std::optional<std::uint32_t> attempt;
+    std::uint32_t level = 0; // of detail
     bool skeleton = false;
     bool json = false;
 };
@@ -74,13 +77,18 @@ private:
     nlohmann::ordered_json writeMesh(Seed seed, const std::string& label, const std::filesystem::path& path)
     {
         const Appearance& appearance = grower_.species().appearance;
-        if (!meshOrFail(skeleton_, appearance, label, command_.species, {}, scratch_, mesh_))
+        mesh_.clear();
+        const DetailLevel level = meshDetailLevel(skeleton_, appearance, command_.level, {}, Limits{}, scratch_, mesh_);
+        if (!isMeshedOrFail(level.result, label, command_.species))
             failEmpty();
         info_.seed = range_.exemplar ? std::nullopt : std::optional(seed);
         orFail(writeGlb(path, mesh_, appearance, info_));
-        return {{"segments", skeleton_.size()},
-                {"vertices", mesh_.positions.size()},
-                {"triangles", mesh_.indices.size() / 3}};
+        nlohmann::ordered_json facts{{"segments", skeleton_.size()},
+                                     {"vertices", mesh_.positions.size()},
+                                     {"triangles", mesh_.indices.size() / 3}};
+        if (command_.level > 0)
+            facts["error"] = level.error;
+        return facts;
     }
 
     const GrowCommand& command_;
@@ -88,7 +96,7 @@ private:
     bool writesSkeletons_;
     SeededGrower grower_;
     BakeInfo info_;
-    MeshScratch scratch_;
+    DetailScratch scratch_;
     Skeleton skeleton_;
     TreeMesh mesh_;
 };
@@ -111,7 +119,9 @@ void growPlants(const GrowCommand& command)
             for (const char* separator = ": "; const auto& [what, count] : sizes.items())
             {
                 std::cout << std::exchange(separator, ", ");
-                if (what == "attempt")
+                if (what == "error")
+                    std::cout << "for pixels of " << std::round(1e4 * count.get<double>()) / 10 << " mm";
+                else if (what == "attempt")
                     std::cout << "attempt " << count;
                 else
                     std::cout << count << ' ' << what;
@@ -149,6 +159,10 @@ void addGrow(CLI::App& app)
         "Write the skeleton, as SWC: a point a line, as `espalier fit` and tools for neurons and roots read");
     addIterations(*verb, command->iterations);
     addAttempt(*verb, command->attempt);
+    verb->add_option("--lod", command->level,
+                     "Level of detail: 0 the full plant, each further one half as many triangles")
+        ->check(CLI::Range(0u, kMostDetailLevel))
+        ->capture_default_str();
     verb->add_flag("--json", command->json, "One JSON document with the files, their sizes and the attempt");
     verb->callback([command] { growPlants(*command); });
 }

@@ -104,11 +104,8 @@ void PlantInput::eachPlant(const std::function<void(Plant&)>& use) const
     }
 }
 
-bool meshOrFail(const Skeleton& skeleton, const Appearance& appearance, const std::string& label,
-                const std::string& path, const MeshSettings& settings, MeshScratch& scratch, TreeMesh& mesh)
+bool isMeshedOrFail(MeshResult result, const std::string& label, const std::string& path)
 {
-    mesh.clear();
-    const MeshResult result = meshTree(skeleton, appearance, settings, {}, scratch, mesh);
     if (result != MeshResult::Ok && result != MeshResult::EmptySkeleton)
         fail({ErrorKind::BadInput, label + " gives no mesh: " + std::string(reasonOf(result)), {}, {}, {path, 0, 0}});
     return result == MeshResult::Ok;

@@ -70,11 +70,9 @@ struct PlantInput
     [[nodiscard]] Appearance appearance() const;
 };
 
-/// Replaces `mesh` by that of `skeleton`; false if there is nothing to see of it. Fails with any other reason; `label`
-/// and `path` tell whose it is.
-[[nodiscard]] bool meshOrFail(const Skeleton& skeleton, const Appearance& appearance, const std::string& label,
-                              const std::string& path, const MeshSettings& settings, MeshScratch& scratch,
-                              TreeMesh& mesh);
+/// Whether there is something to see; fails if a mesh could not be made for any other reason. `label` and `path` tell
+/// whose it is.
+[[nodiscard]] bool isMeshedOrFail(MeshResult result, const std::string& label, const std::string& path);
 
 /// Says so, and what may help where a plant is derived by so many steps.
 [[nodiscard]] std::string nothingDrawn(std::optional<std::uint32_t> steps);

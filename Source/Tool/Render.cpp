@@ -2,6 +2,7 @@
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
+#include <Espalier/Mesh/DetailLevel.h>
 #include <Espalier/Render/LineDrawing.h>
 #include <Espalier/Render/Render.h>
 #include <algorithm>
@@ -56,7 +57,18 @@ struct RenderCommand
     std::optional<double> elevationDegrees;
     double linePixels = 0;
     bool paper = false;
+    std::string levels = "0"; ///< Of detail.
 };
+
+/// First and last of the levels of detail that a command names.
+std::pair<std::uint32_t, std::uint32_t> parseLevels(const std::string& text)
+{
+    const SeedRange range = parseSeeds(text);
+    if (range.exemplar || range.last > kMostDetailLevel)
+        failUsage("--lod " + text + ": expected a level from 0 to " + std::to_string(kMostDetailLevel) +
+                  ", or a range such as 0..4");
+    return {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
+}
 
 /// The meshes of all plants to be shown; subjects point into them.
 struct Gallery
@@ -64,7 +76,7 @@ struct Gallery
     std::vector<std::unique_ptr<TreeMesh>> meshes;
     std::vector<std::unique_ptr<Appearance>> appearances;
     std::vector<RenderSubject> subjects;
-    MeshScratch scratch;
+    DetailScratch scratch;
 
     /// `name` stands before the labels of what it names; empty: they speak for themselves.
     void add(const PlantInput& input, const std::string& name, const RenderCommand& command,
@@ -81,20 +93,29 @@ struct Gallery
             if (command.linePixels > 0)
                 divideIntoStrokes(plant.skeleton);
             thickenLines(plant.skeleton, static_cast<float>(command.linePixels), settings);
-            auto mesh = std::make_unique<TreeMesh>();
-            if (!meshOrFail(plant.skeleton, *shown, plant.label, input.path, meshSettings, scratch, *mesh))
-            {
-                if (!command.sheet)
-                    fail({ErrorKind::BadInput, nothingDrawn(plant.steps), {}, {}, {input.path, 0, 0}});
-                std::cerr << input.path << ": " << plant.label << " is left out: " << nothingDrawn(plant.steps) << '\n';
-                return;
-            }
             const bool isDrawn = !plant.seed;
             std::string label = name.empty() ? plant.label : isDrawn ? name : name + ' ' + plant.label;
             if (labelSteps && input.iterations)
                 label = (name.empty() ? "" : name + ' ') + "n = " + std::to_string(*input.iterations);
-            subjects.push_back({mesh.get(), shown, label});
-            meshes.push_back(std::move(mesh));
+            const auto [first, last] = parseLevels(command.levels);
+            for (std::uint32_t level = first; level <= last; ++level)
+            {
+                auto mesh = std::make_unique<TreeMesh>();
+                const DetailLevel detail =
+                    meshDetailLevel(plant.skeleton, *shown, level, meshSettings, Limits{}, scratch, *mesh);
+                if (!isMeshedOrFail(detail.result, plant.label, input.path))
+                {
+                    if (!command.sheet)
+                        fail({ErrorKind::BadInput, nothingDrawn(plant.steps), {}, {}, {input.path, 0, 0}});
+                    std::cerr << input.path << ": " << plant.label << " is left out: " << nothingDrawn(plant.steps)
+                              << '\n';
+                    return;
+                }
+                const std::string triangles = std::to_string(mesh->indices.size() / 3) + " triangles";
+                subjects.push_back(
+                    {mesh.get(), shown, first == last ? label : "level " + std::to_string(level) + ": " + triangles});
+                meshes.push_back(std::move(mesh));
+            }
         });
     }
 };
@@ -199,6 +220,11 @@ void addRender(CLI::App& app)
                      "plant sets widths, "
                      "no thinner than that")
         ->check(CLI::Range(0.0, 100.0));
+    verb->add_option(
+            "--lod", command->levels,
+            "A level of detail, 0 the full plant, each further one half as many triangles; or a range, such as "
+            "0..4")
+        ->capture_default_str();
     command->templates.addTo(*verb);
     verb->callback([command] { render(*command); });
 }

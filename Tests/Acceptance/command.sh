@@ -282,6 +282,13 @@ expect "a line of a megabyte" 3 "the limit templateModules" timeout 10 "$espalie
 expect "100,000 productions" 3 "many.lsys:4098:1: more than 4096 productions" timeout 10 "$espalier" check many.lsys
 expect "a grammar for a species" 2 ".species" "$espalier" grammar plant.lsys
 
+# Levels of detail.
+expect "a level of detail" 0 "for pixels of " "$espalier" grow Thesis.species --lod 3 -o lod.glb
+expect "what a level comes to" 0 '"error": ' "$espalier" grow Thesis.species --lod 2 -o lod.glb --json
+expect "a level that there is none of" 2 "lod" "$espalier" grow Thesis.species --lod 13 -o lod.glb
+expect "levels side by side" 0 "pixels" "$espalier" render Thesis.species --lod 0..3 --sheet --width 64 --height 64 --samples 1 -o lod.png
+expect "levels that there are none of" 2 "a level from 0 to 12" "$espalier" render Thesis.species --lod 11..13 --sheet -o lod.png
+
 # Wrong usage is 2.
 expect "steps of a drawn tree" 2 "expected no -n" "$espalier" measure "$content/Thesis.archetype" -n 3
 expect "steps below none" 2 "iterations" "$espalier" derive plant.lsys -n -1

@@ -1,0 +1,210 @@
+#include <Espalier/Mesh/Thinning.h>
+
+#include <Espalier/Core/Random.h>
+#include <algorithm>
+#include <cmath>
+
+namespace espalier {
+
+namespace {
+
+/// Where the hash of a branch's place begins.
+constexpr Seed kBranches{0x7468696e6e696e67u};
+
+/// A corner further along an axis than so many segments from the last is kept, so that time stays linear.
+constexpr std::uint32_t kLongestRun = 32;
+
+class Thinner
+{
+public:
+    Thinner(const Skeleton& full, float error, ThinningScratch& scratch, Skeleton& thinned)
+        : full_(full), error_(error), scratch_(scratch), thinned_(thinned)
+    {}
+
+    void thin()
+    {
+        findAxes();
+        markCorners();
+        thinned_.clear();
+        scratch_.thinnedOf.assign(full_.size(), kNoSegment);
+        for (const ThinningScratch::Axis& axis : scratch_.axes)
+            if (axis.isKept)
+                layOut(axis);
+        thinned_.instanceRecords = full_.instanceRecords;
+        thinned_.widthsGiven = full_.widthsGiven;
+        thinned_.minY = full_.minY;
+        thinned_.maxY = full_.maxY;
+        thinned_.maxRadius = full_.maxRadius;
+        keepShapes();
+    }
+
+private:
+    void findAxes()
+    {
+        scratch_.axes.clear();
+        scratch_.axisOf.resize(full_.size());
+        for (std::uint32_t i = 0; i < full_.size(); ++i)
+        {
+            const std::uint32_t parent = full_.parents[i];
+            if (!full_.startsAxis(i))
+            {
+                scratch_.axisOf[i] = scratch_.axisOf[parent];
+                continue;
+            }
+            scratch_.axisOf[i] = static_cast<std::uint32_t>(scratch_.axes.size());
+            ThinningScratch::Axis axis{i, 1, true};
+            if (parent != kNoSegment)
+            {
+                const ThinningScratch::Axis& mother = scratch_.axes[scratch_.axisOf[parent]];
+                axis.kept = std::min(mother.kept, 2 * full_.startRadii[i] / error_);
+                // Of the branches of mothers that are kept, a share kept : mother.kept.
+                const double lot = RandomKey(kBranches).child(i).uniform(Purpose::Sampling);
+                axis.isKept = mother.isKept && lot * static_cast<double>(mother.kept) < static_cast<double>(axis.kept);
+            }
+            scratch_.axes.push_back(axis);
+        }
+    }
+
+    [[nodiscard]] const ThinningScratch::Axis& axisAt(std::uint32_t segment) const
+    {
+        return scratch_.axes[scratch_.axisOf[segment]];
+    }
+
+    /// Ends that stay corners: where a branch that is kept leaves, and where the turtle moved on without drawing.
+    void markCorners()
+    {
+        scratch_.isNeeded.assign(full_.size(), 0);
+        for (std::uint32_t i = 0; i < full_.size(); ++i)
+            if (const std::uint32_t parent = full_.parents[i]; parent != kNoSegment && axisAt(i).isKept)
+                if (full_.startsAxis(i) || full_.starts[i] != full_.ends[parent])
+                    scratch_.isNeeded[parent] = 1;
+    }
+
+    /// Whether the corners from `first` up to the end of `last`, which follow each other, lie near enough to the
+    /// straight way, in place and in width.
+    [[nodiscard]] bool isStraight(std::uint32_t first, std::uint32_t last) const
+    {
+        const float tolerance = 0.5f * error_;
+        const Vec3 way = full_.ends[last] - full_.starts[first];
+        const float square = glm::dot(way, way);
+        for (std::uint32_t i = first; i != last; i = full_.continuations[i])
+        {
+            const Vec3 from = full_.ends[i] - full_.starts[first];
+            const float along = square > 0 ? std::clamp(glm::dot(from, way) / square, 0.0f, 1.0f) : 0.0f;
+            const Vec3 off = from - along * way;
+            const float radius = full_.startRadii[first] + along * (full_.endRadii[last] - full_.startRadii[first]);
+            if (glm::dot(off, off) > tolerance * tolerance || std::abs(full_.endRadii[i] - radius) > tolerance)
+                return false;
+        }
+        return true;
+    }
+
+    /// Appends an axis, in as few segments as will do.
+    void layOut(const ThinningScratch::Axis& axis)
+    {
+        const float wider = 1 / axis.kept;
+        const std::uint32_t mother = full_.parents[axis.start];
+        std::uint32_t parent = mother == kNoSegment ? kNoSegment : scratch_.thinnedOf[mother];
+        for (std::uint32_t first = axis.start; first != kNoSegment;)
+        {
+            const std::uint32_t own = thinned_.size();
+            std::uint32_t last = first;
+            scratch_.thinnedOf[first] = own;
+            for (std::uint32_t run = 1; run < kLongestRun && !scratch_.isNeeded[last]; ++run)
+            {
+                const std::uint32_t next = full_.continuations[last];
+                if (next == kNoSegment || !isStraight(first, next))
+                    break;
+                scratch_.thinnedOf[next] = own;
+                last = next;
+            }
+            const Vec3 way = full_.ends[last] - full_.starts[first];
+            const float length = glm::length(way);
+            const Vec3 heading = first == last || !(length > 0) ? full_.headings[first] : way / length;
+            const Vec3 across = full_.lefts[first] - glm::dot(full_.lefts[first], heading) * heading;
+            const float width = glm::length(across);
+            thinned_.starts.push_back(full_.starts[first]);
+            thinned_.ends.push_back(full_.ends[last]);
+            thinned_.headings.push_back(heading);
+            thinned_.lefts.push_back(first == last || !(width > 0) ? full_.lefts[first] : across / width);
+            thinned_.lengths.push_back(first == last ? full_.lengths[first] : length);
+            thinned_.startRadii.push_back(wider * full_.startRadii[first]);
+            thinned_.endRadii.push_back(wider * full_.endRadii[last]);
+            thinned_.parents.push_back(parent);
+            thinned_.continuations.push_back(kNoSegment);
+            thinned_.orders.push_back(full_.orders[first]);
+            thinned_.materials.push_back(full_.materials[first]);
+            thinned_.instances.push_back(full_.instances[first]);
+            if (first != axis.start)
+                thinned_.continuations[parent] = own;
+            parent = own;
+            first = full_.continuations[last];
+        }
+    }
+
+    /// How much larger a leaf on `segment` becomes; 0: it goes. `segment` becomes that of the thinned plant.
+    [[nodiscard]] float growth(std::uint32_t& segment) const
+    {
+        if (segment == kNoSegment)
+            return 1;
+        const ThinningScratch::Axis& axis = axisAt(segment);
+        segment = scratch_.thinnedOf[segment];
+        return axis.isKept ? std::sqrt(1 / axis.kept) : 0;
+    }
+
+    void keepShapes()
+    {
+        for (SkeletonPolygon polygon : full_.polygons)
+            if (const float larger = growth(polygon.segment); larger > 0)
+            {
+                const Vec3 foot = full_.corners[polygon.firstCorner];
+                const std::uint32_t end = polygon.firstCorner + polygon.cornerCount;
+                const auto firstCorner = static_cast<std::uint32_t>(thinned_.corners.size());
+                for (std::uint32_t i = polygon.firstCorner; i < end; ++i)
+                    thinned_.corners.push_back(foot + larger * (full_.corners[i] - foot));
+                polygon.firstCorner = firstCorner;
+                thinned_.polygons.push_back(polygon);
+            }
+        for (SkeletonSphere sphere : full_.spheres)
+            if (const float larger = growth(sphere.segment); larger > 0)
+            {
+                sphere.radius *= larger;
+                thinned_.spheres.push_back(sphere);
+            }
+        for (SkeletonOrgan organ : full_.organs)
+            if (const float larger = growth(organ.segment); larger > 0)
+            {
+                organ.size *= larger;
+                thinned_.organs.push_back(organ);
+            }
+    }
+
+    const Skeleton& full_;
+    const float error_;
+    ThinningScratch& scratch_;
+    Skeleton& thinned_;
+};
+
+} // namespace
+
+void thinSkeleton(const Skeleton& full, float error, ThinningScratch& scratch, Skeleton& thinned)
+{
+    if (error > 0)
+        Thinner(full, error, scratch, thinned).thin();
+    else
+        thinned = full;
+}
+
+MeshSettings coarserBy(float error, MeshSettings settings)
+{
+    if (!(error > 0))
+        return settings;
+    constexpr float kBluntAngle = 0.6f; // radians
+    settings.tubes.minSides = 3;
+    settings.tubes.chordError = std::max(settings.tubes.chordError, 0.5f * error);
+    settings.tubes.maxRingAngle = std::max(settings.tubes.maxRingAngle, kBluntAngle);
+    settings.shapes.sphereSides = std::min<std::uint16_t>(settings.shapes.sphereSides, 6);
+    return settings;
+}
+
+} // namespace espalier

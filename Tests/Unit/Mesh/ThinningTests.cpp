@@ -1,0 +1,159 @@
+#include <Espalier/Mesh/Thinning.h>
+
+#include <Espalier/Archetype/Placement.h>
+#include <Espalier/Mesh/DetailLevel.h>
+#include <Espalier/Plant/Axes.h>
+#include <Espalier/Species/Appearance.h>
+#include <Plant/SampleSkeletons.h>
+#include <algorithm>
+#include <array>
+#include <filesystem>
+#include <gtest/gtest.h>
+#include <set>
+
+namespace espalier {
+
+namespace {
+
+/// A drawn tree of Content with radii.
+Skeleton drawn(const std::string& name)
+{
+    const std::filesystem::path root = ESPALIER_SOURCE_ROOT;
+    Skeleton skeleton =
+        drawArchetype(loadArchetype(root / "Content" / (name + ".archetype"), {{root / "Templates"}}).value()).value();
+    completeAxes(skeleton, suggestPipes(skeleton));
+    return skeleton;
+}
+
+Skeleton thinned(const Skeleton& full, float error)
+{
+    ThinningScratch scratch;
+    Skeleton result;
+    thinSkeleton(full, error, scratch, result);
+    return result;
+}
+
+/// Square metres that all segments cover, seen across: twice the mean radius times the length.
+double areaOf(const Skeleton& skeleton)
+{
+    double area = 0;
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+        area += static_cast<double>(skeleton.startRadii[i] + skeleton.endRadii[i]) *
+                static_cast<double>(glm::length(skeleton.ends[i] - skeleton.starts[i]));
+    return area;
+}
+
+/// Where its axes begin.
+std::set<std::array<float, 3>> axesOf(const Skeleton& skeleton)
+{
+    std::set<std::array<float, 3>> axes;
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+        if (skeleton.startsAxis(i))
+        {
+            const Vec3 start = skeleton.starts[i];
+            axes.insert({start.x, start.y, start.z});
+        }
+    return axes;
+}
+
+} // namespace
+
+TEST(Thinning, WithoutAnErrorChangesNothing)
+{
+    const Skeleton full = drawn("Thesis");
+    EXPECT_EQ(thinned(full, 0), full);
+    EXPECT_EQ(thinned(full, -1), full);
+    EXPECT_EQ(thinned(Skeleton{}, 0.1f), Skeleton{});
+}
+
+TEST(Thinning, KeepsPlantsSoundAndTheirTrunks)
+{
+    for (const char* name : {"Thesis", "Oak", "Spruce", "Palm", "Willow"})
+    {
+        const Skeleton full = drawn(name);
+        std::uint32_t before = full.size() + 1;
+        for (const float error : {0.001f, 0.01f, 0.05f, 0.2f, 1.0f, 100.0f})
+        {
+            SCOPED_TRACE(std::string(name) + " by " + std::to_string(error));
+            const Skeleton thin = thinned(full, error);
+            EXPECT_TRUE(isSound(thin));
+            ASSERT_FALSE(thin.empty());
+            EXPECT_LE(thin.size(), before);
+            before = thin.size();
+            EXPECT_EQ(thin.starts[0], full.starts[0]);
+            EXPECT_EQ(thin.startRadii[0], full.startRadii[0]);
+            for (std::uint32_t i = 0; i < thin.size(); ++i)
+                if (const std::uint32_t next = thin.continuations[i]; next != kNoSegment)
+                {
+                    EXPECT_EQ(thin.starts[next], thin.ends[i]);
+                    EXPECT_EQ(thin.startRadii[next], thin.endRadii[i]);
+                }
+            EXPECT_EQ(thinned(full, error), thin) << "the same again";
+        }
+    }
+}
+
+TEST(Thinning, KeepsAilingPlantsSound)
+{
+    for (std::uint64_t seed = 0; seed < 200; ++seed)
+    {
+        const Skeleton full = samples::randomTree(seed, 60, samples::Ailments::All);
+        for (const float error : {1e-6f, 0.01f, 0.1f, 10.0f})
+            EXPECT_TRUE(isSound(thinned(full, error))) << "seed " << seed << ", error " << error;
+    }
+}
+
+TEST(Thinning, CoversWhatTheFullPlantDid)
+{
+    for (const char* name : {"Oak", "Willow"})
+    {
+        const Skeleton full = drawn(name);
+        for (const float error : {0.01f, 0.02f, 0.04f})
+        {
+            const Skeleton thin = thinned(full, error);
+            EXPECT_NEAR(areaOf(thin) / areaOf(full), 1, 0.1) << name << " by " << error;
+            EXPECT_LT(thin.size(), full.size());
+        }
+    }
+}
+
+TEST(Thinning, BringsNothingBack)
+{
+    const Skeleton full = drawn("Oak");
+    std::set<std::array<float, 3>> before = axesOf(full);
+    for (float error = 0.005f; error < 1; error *= 1.3f)
+    {
+        const std::set<std::array<float, 3>> now = axesOf(thinned(full, error));
+        EXPECT_TRUE(std::ranges::includes(before, now)) << error;
+        before = now;
+    }
+    EXPECT_LT(before.size(), 100u);
+}
+
+TEST(DetailLevel, HasHalfAsManyTrianglesAsTheOneBefore)
+{
+    for (const char* name : {"Oak", "Palm"})
+    {
+        const Skeleton full = drawn(name);
+        DetailScratch scratch;
+        float error = 0;
+        std::size_t all = 0;
+        for (std::uint32_t level = 0; level <= 5; ++level)
+        {
+            SCOPED_TRACE(std::string(name) + " level " + std::to_string(level));
+            TreeMesh mesh;
+            const DetailLevel detail = meshDetailLevel(full, {}, level, {}, {}, scratch, mesh);
+            ASSERT_EQ(detail.result, MeshResult::Ok);
+            all = level == 0 ? mesh.indices.size() : all;
+            EXPECT_LE(mesh.indices.size(), all >> level);
+            EXPECT_GT(mesh.indices.size(), all >> (level + 2)) << "not fewer than need be";
+            EXPECT_GE(detail.error, error);
+            EXPECT_EQ(detail.error > 0, level > 0);
+            error = detail.error;
+            for (std::size_t i = 0; i < mesh.normals.size(); ++i)
+                ASSERT_NEAR(glm::length(mesh.normals[i]), 1, 1e-3);
+        }
+    }
+}
+
+} // namespace espalier
