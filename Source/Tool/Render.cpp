@@ -77,6 +77,7 @@ struct Gallery
     std::vector<std::unique_ptr<Appearance>> appearances;
     std::vector<RenderSubject> subjects;
     DetailScratch scratch;
+    std::pair<std::uint32_t, std::uint32_t> levels; ///< Of detail, first and last, in which each plant is shown.
 
     /// `name` stands before the labels of what it names; empty: they speak for themselves.
     void add(const PlantInput& input, const std::string& name, const RenderCommand& command,
@@ -97,7 +98,7 @@ struct Gallery
             std::string label = name.empty() ? plant.label : isDrawn ? name : name + ' ' + plant.label;
             if (labelSteps && input.iterations)
                 label = (name.empty() ? "" : name + ' ') + "n = " + std::to_string(*input.iterations);
-            const auto [first, last] = parseLevels(command.levels);
+            const auto [first, last] = levels;
             for (std::uint32_t level = first; level <= last; ++level)
             {
                 auto mesh = std::make_unique<TreeMesh>();
@@ -135,6 +136,7 @@ void render(const RenderCommand& command)
     if (command.sheet && command.turntable > 0)
         failUsage("render: expected --sheet or --turntable, not both");
     const auto steps = parseSteps(command.iterations);
+    const auto levels = parseLevels(command.levels);
     if (parseSeeds(command.seeds).count() > 256)
         failUsage("render: expected at most 256 seeds");
     if (steps.size() > 1 && parseSeeds(command.seeds).count() > 1)
@@ -162,6 +164,7 @@ void render(const RenderCommand& command)
     if (command.attempt && kinds(InputKind::Species) == 0)
         failUsage("render: expected no --attempt; only species choose among several");
     Gallery gallery;
+    gallery.levels = levels;
     for (const std::string& path : command.inputs)
         for (const std::optional<std::uint32_t>& step : kindOf(path) == InputKind::Archetype ? parseSteps({}) : steps)
             gallery.add({path, command.seeds, command.templates, step,

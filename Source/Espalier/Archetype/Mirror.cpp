@@ -6,11 +6,6 @@ namespace espalier {
 
 namespace {
 
-bool isTurn(char symbol)
-{
-    return symbol == '+' || symbol == '-';
-}
-
 char mirrored(char symbol)
 {
     switch (symbol)
@@ -32,7 +27,7 @@ char mirrored(char symbol)
 /// of t degrees to t + rotation; that turn stays t in the mirror, and is to become -(t + rotation).
 double mirroredRotation(const Template& piece, const InstanceTransform& transform)
 {
-    if (piece.modules.empty() || !isTurn(piece.modules[0].symbol))
+    if (!beginsWithTurn(piece))
         return 0 - transform.rotation; // 0 stays 0, not -0
     const double turn = piece.modules[0].hasNumber ? piece.modules[0].number : transform.branchingAngle;
     const double rotation = 0 - transform.rotation - 2 * turn;
@@ -44,8 +39,7 @@ double mirroredRotation(const Template& piece, const InstanceTransform& transfor
 Template mirrorImage(const Template& piece)
 {
     Template image = piece;
-    for (std::size_t i = image.modules.empty() || !isTurn(image.modules[0].symbol) ? 0 : 1; i < image.modules.size();
-         ++i)
+    for (std::size_t i = beginsWithTurn(piece) ? 1 : 0; i < image.modules.size(); ++i)
         if (image.modules[i].anchor == kNoAnchor)
             image.modules[i].symbol = mirrored(image.modules[i].symbol);
     if (image != piece)

@@ -8,8 +8,7 @@ std::vector<PlacedModule> placeTemplate(const Template& piece)
     std::vector<PlacedModule> placed;
     placed.reserve(piece.modules.size() + 2);
     placed.push_back({'/', TurtleCommand::RollRight, Roll, 0, kNoAnchor});
-    const bool startsWithTurn =
-        !piece.modules.empty() && (piece.modules[0].symbol == '+' || piece.modules[0].symbol == '-');
+    const bool startsWithTurn = beginsWithTurn(piece);
     if (!startsWithTurn)
         placed.push_back({'+', TurtleCommand::TurnLeft, Rotation, 0, kNoAnchor});
 

@@ -16,6 +16,11 @@ std::size_t TemplateLibrary::find(std::string_view name) const noexcept
     return static_cast<std::size_t>(std::ranges::find(templates, name, &Template::name) - templates.begin());
 }
 
+bool beginsWithTurn(const Template& piece) noexcept
+{
+    return !piece.modules.empty() && (piece.modules[0].symbol == '+' || piece.modules[0].symbol == '-');
+}
+
 namespace {
 
 constexpr std::string_view kDigits = "0123456789";

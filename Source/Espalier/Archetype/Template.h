@@ -45,6 +45,9 @@ struct TemplateLibrary
     friend bool operator==(const TemplateLibrary&, const TemplateLibrary&) = default;
 };
 
+/// Whether its word begins with + or -: an instance's rotation is then added to that turn (Placement.h).
+[[nodiscard]] bool beginsWithTurn(const Template& piece) noexcept;
+
 /// What the name of a template's mirror image ends with (mirrorImage).
 inline constexpr std::string_view kMirrored = "_mirrored";
 

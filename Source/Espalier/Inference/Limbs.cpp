@@ -30,12 +30,6 @@ std::vector<std::uint32_t> segmentsDrawn(const TemplateLibrary& library)
 
 namespace {
 
-bool beginsWithOpenTurn(const Template& piece)
-{
-    const TemplateModule* first = piece.modules.empty() ? nullptr : &piece.modules[0];
-    return first && (first->symbol == '+' || first->symbol == '-') && !first->hasNumber;
-}
-
 /// How often each instance counts: as often as its tree.
 std::vector<std::uint32_t> weightsOfInstances(const Archetype& exemplars, std::span<const std::uint32_t> weights)
 {
@@ -83,7 +77,8 @@ LimbTable shareLimbs(const Archetype& exemplars, const AnchorTable& anchors, con
                   1,
                   instance.transform.scaling,
                   instance.transform.branchingAngle};
-        if (mirrored && beginsWithOpenTurn(exemplars.library.templates[instance.piece]))
+        const Template& piece = exemplars.library.templates[instance.piece];
+        if (mirrored && beginsWithTurn(piece) && !piece.modules[0].hasNumber)
             limb.firstTurn = limb.branchingAngle;
         if (mirrored)
             limb.side = i < drawnInstances ? stances[i].skySide : mirrorImage(stances[i - drawnInstances].skySide);
