@@ -145,7 +145,8 @@ void sampleAxis(const AxisStart& start, const AxisRounding& rounding, std::vecto
     points.push_back({.position = joints[0].position,
                       .tangent = joints[0].tangent,
                       .radius = joints[0].radius,
-                      .slope = joints[0].slope});
+                      .slope = joints[0].slope,
+                      .piece = joints[0].piece});
     for (std::size_t k = 0; k + 1 < joints.size(); ++k)
     {
         const AxisJoint& here = joints[k];
@@ -157,7 +158,10 @@ void sampleAxis(const AxisStart& start, const AxisRounding& rounding, std::vecto
         points.push_back({.position = next.position, .tangent = next.tangent});
 
         for (std::size_t i = first; i < points.size(); ++i)
+        {
             points[i].along = points[i - 1].along + glm::length(points[i].position - points[i - 1].position);
+            points[i].piece = here.piece;
+        }
         const float startAlong = points[first - 1].along;
         const float length = points.back().along - startAlong;
         for (std::size_t i = first; i < points.size(); ++i)
@@ -170,6 +174,7 @@ CurvePoint pointBetween(const CurvePoint& a, const CurvePoint& b, float along) n
 {
     const float length = b.along - a.along;
     CurvePoint point = a;
+    point.piece = b.piece;
     if (!(length > 0))
         return point;
     const float t = (along - a.along) / length;

@@ -9,22 +9,24 @@ namespace espalier {
 /// A corner of an axis before it is smoothed.
 struct AxisJoint
 {
-    Vec3 position{0};  ///< Metres.
-    float radius = 0;  ///< Metres.
-    Vec3 tangent{0};   ///< Unit; the curve's direction here.
-    float slope = 0;   ///< Of the radius along the axis.
-    Vec3 direction{0}; ///< Unit, to the next joint.
-    float length = 0;  ///< To the next joint, metres; positive.
+    Vec3 position{0};        ///< Metres.
+    float radius = 0;        ///< Metres.
+    Vec3 tangent{0};         ///< Unit; the curve's direction here.
+    float slope = 0;         ///< Of the radius along the axis.
+    Vec3 direction{0};       ///< Unit, to the next joint.
+    float length = 0;        ///< To the next joint, metres; positive.
+    std::uint32_t piece = 0; ///< What leads from here to the next joint: the caller's number for it.
 };
 
 /// A point of a smoothed axis.
 struct CurvePoint
 {
-    Vec3 position{0}; ///< Metres.
-    float along = 0;  ///< Metres from the axis' start.
-    Vec3 tangent{0};  ///< Unit.
-    float radius = 0; ///< Metres.
-    float slope = 0;  ///< d radius / d along.
+    Vec3 position{0};        ///< Metres.
+    float along = 0;         ///< Metres from the axis' start.
+    Vec3 tangent{0};         ///< Unit.
+    float radius = 0;        ///< Metres.
+    float slope = 0;         ///< d radius / d along.
+    std::uint32_t piece = 0; ///< That it lies on; a joint lies on the one before it.
 };
 
 /// How an axis begins.

@@ -163,7 +163,8 @@ Vec3 upOf(std::span<const Vec3> corners, const Vec3& normal)
 }
 
 /// Plans one polygon, or leaves the scratch as it was if there is nothing to see.
-void planPolygon(std::span<const Vec3> outline, std::uint32_t colour, std::uint64_t& work, ShapeScratch& scratch)
+void planPolygon(std::span<const Vec3> outline, std::uint32_t polygon, std::uint32_t colour, std::uint64_t& work,
+                 ShapeScratch& scratch)
 {
     const std::size_t firstCorner = scratch.corners.size();
     const std::size_t firstIndex = scratch.triangles.size();
@@ -176,7 +177,8 @@ void planPolygon(std::span<const Vec3> outline, std::uint32_t colour, std::uint6
         FlatShape shape{.firstCorner = static_cast<std::uint32_t>(firstCorner),
                         .cornerCount = static_cast<std::uint32_t>(corners.size()),
                         .firstIndex = static_cast<std::uint32_t>(firstIndex),
-                        .colour = colour};
+                        .colour = colour,
+                        .polygon = polygon};
         shape.normal = directionOr(Vec3(area / glm::length(area)), Vec3(0, 1, 0));
         shape.up = upOf(corners, shape.normal);
         const DVec3 up(shape.up);
@@ -207,6 +209,9 @@ public:
           cosFold_(static_cast<float>(math::cos(static_cast<double>(settings.leafFold)))),
           sinFold_(static_cast<float>(math::sin(static_cast<double>(settings.leafFold))))
     {}
+
+    /// The source of the vertices from here on.
+    void belongTo(const VertexSource& source) { source_ = source; }
 
     void writePolygon(const FlatShape& shape, const ShapeScratch& scratch)
     {
@@ -326,6 +331,8 @@ private:
         mesh_.normals[vertex_] = normal;
         mesh_.tangents[vertex_] = Vec4(tangent, 1);
         mesh_.uvs[vertex_] = uv;
+        if (settings_.streams.sources)
+            mesh_.sources[vertex_] = source_;
         ++vertex_;
     }
 
@@ -339,6 +346,7 @@ private:
     }
 
     ShapeSettings settings_;
+    VertexSource source_;
     std::uint32_t vertex_;
     std::size_t index_ = 0;
     PartCursors& cursors_;
@@ -369,9 +377,12 @@ MeshResult meshShapes(const Skeleton& skeleton, const Appearance& appearance, co
     scratch.corners.clear();
     scratch.triangles.clear();
     std::uint64_t work = kTriangulationWork;
-    for (const SkeletonPolygon& polygon : skeleton.polygons)
-        planPolygon(std::span(skeleton.corners).subspan(polygon.firstCorner, polygon.cornerCount),
+    for (std::uint32_t i = 0; i < skeleton.polygons.size(); ++i)
+    {
+        const SkeletonPolygon& polygon = skeleton.polygons[i];
+        planPolygon(std::span(skeleton.corners).subspan(polygon.firstCorner, polygon.cornerCount), i,
                     colourFor(polygon.material), work, scratch);
+    }
 
     PartCursors cursors;
     std::uint64_t vertices = scratch.corners.size();
@@ -395,21 +406,25 @@ MeshResult meshShapes(const Skeleton& skeleton, const Appearance& appearance, co
         return MeshResult::EmptySkeleton;
 
     const std::size_t firstVertex = mesh.positions.size();
-    mesh.positions.resize(firstVertex + vertices);
-    mesh.normals.resize(firstVertex + vertices);
-    mesh.tangents.resize(firstVertex + vertices);
-    mesh.uvs.resize(firstVertex + vertices);
+    mesh.resizeVertices(firstVertex + vertices, kept.streams);
     cursors.open(MeshMaterial::Surface, mesh);
     ShapeWriter writer(kept, firstVertex, cursors, mesh);
+    // Numbers of organs: polygons, then spheres, then organs proper.
     for (const FlatShape& shape : scratch.shapes)
+    {
+        writer.belongTo({skeleton.polygons[shape.polygon].segment, shape.polygon});
         writer.writePolygon(shape, scratch);
+    }
+    auto number = static_cast<std::uint32_t>(skeleton.polygons.size());
     for (const SkeletonSphere& sphere : skeleton.spheres)
     {
+        writer.belongTo({sphere.segment, number++});
         if (isSeen(sphere))
             writer.writeSphere(sphere, colourFor(sphere.material));
     }
     for (const SkeletonOrgan& organ : skeleton.organs)
     {
+        writer.belongTo({organ.segment, number++});
         if (isSeen(organ))
             writer.writeLeaf(organ, colourFor(organ.material));
     }

@@ -18,6 +18,7 @@ struct ShapeSettings
     float leafWidth = 0.52f;        ///< Of an organ's leaf, in its lengths. [0.01, 4]
     float leafFold = 0.35f;         ///< Radians by which each half rises along the midrib. [0, 1.5]
     float leafArch = 0.06f;         ///< How high the midrib rises between stalk and tip, in lengths. [-0.5, 0.5]
+    MeshStreams streams{};          ///< Tints stay white.
 };
 
 /// One planned polygon.
@@ -28,8 +29,9 @@ struct FlatShape
     std::uint32_t firstIndex = 0; ///< Into ShapeScratch::triangles.
     std::uint32_t indexCount = 0;
     std::uint32_t colour = 0;
-    Vec3 normal{0}; ///< Unit.
-    Vec3 up{0};     ///< Unit, normal to it: from the first corner towards the one farthest away.
+    std::uint32_t polygon = 0; ///< Of the skeleton.
+    Vec3 normal{0};            ///< Unit.
+    Vec3 up{0};                ///< Unit, normal to it: from the first corner towards the one farthest away.
 };
 
 /// Memory that meshing needs in between; reuse it and nothing is allocated after warm-up. One per thread.

@@ -20,14 +20,34 @@ void hashVectors(Hash64& hash, const std::vector<Vector>& all)
 
 } // namespace
 
+Tint tintOf(const Vec3& colour) noexcept
+{
+    const auto byte = [](float c) { return static_cast<std::uint8_t>(std::clamp(c, 0.f, 1.f) * 255 + 0.5f); };
+    return {byte(colour.x), byte(colour.y), byte(colour.z), 255};
+}
+
 void TreeMesh::clear() noexcept
 {
     positions.clear();
     normals.clear();
     tangents.clear();
     uvs.clear();
+    tints.clear();
+    sources.clear();
     indices.clear();
     parts.clear();
+}
+
+void TreeMesh::resizeVertices(std::size_t count, MeshStreams streams)
+{
+    positions.resize(count);
+    normals.resize(count);
+    tangents.resize(count);
+    uvs.resize(count);
+    if (streams.tints || !tints.empty())
+        tints.resize(count);
+    if (streams.sources || !sources.empty())
+        sources.resize(count);
 }
 
 std::string_view reasonOf(MeshResult result) noexcept
@@ -48,6 +68,8 @@ std::string_view reasonOf(MeshResult result) noexcept
 
 Vec3 colourOf(const MeshPart& part, const Appearance& appearance) noexcept
 {
+    if (part.material == MeshMaterial::Leaves && part.colour < appearance.leaves.size())
+        return appearance.leaves[part.colour].colour;
     const bool isPlainBark = part.material == MeshMaterial::Bark && part.colour == 0;
     if (isPlainBark || appearance.palette.empty())
         return appearance.bark.colour;
@@ -71,6 +93,15 @@ std::uint64_t hashOf(const TreeMesh& mesh) noexcept
         hash.value(part.indexCount);
         if (part.colour != 0) // so that meshes without colours keep the hash they always had
             hash.value(part.colour);
+    }
+    // Only where there are any, so that meshes without keep the hash they always had.
+    for (const Tint tint : mesh.tints)
+        hash.value(std::uint32_t{tint.red} | std::uint32_t{tint.green} << 8 | std::uint32_t{tint.blue} << 16 |
+                   std::uint32_t{tint.alpha} << 24);
+    for (const VertexSource& source : mesh.sources)
+    {
+        hash.value(source.segment);
+        hash.value(source.organ);
     }
     return hash.result();
 }

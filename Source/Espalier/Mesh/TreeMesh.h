@@ -14,7 +14,34 @@ enum class MeshMaterial : std::uint8_t
 {
     Bark,    ///< Closed tubes, seen from outside only.
     Surface, ///< Leaves, petals, berries: what is flat has one layer of triangles and two sides to look at.
+    Leaves,  ///< Foliage of the species, cut out by the alpha of its texture; two sides.
 };
+
+/// "No organ" among the sources of a mesh: wood.
+inline constexpr std::uint32_t kNoOrgan = 0xffffffffu;
+
+/// What a vertex belongs to.
+struct VertexSource
+{
+    std::uint32_t segment = 0;      ///< Of the skeleton: the vertex moves with it; kNoSegment at the base.
+    std::uint32_t organ = kNoOrgan; ///< Of the whole plant: the vertices of one leaf, fruit or petal share a number.
+
+    friend bool operator==(const VertexSource&, const VertexSource&) = default;
+};
+
+/// Linear RGB that colours are multiplied by, 255 for 1.
+struct Tint
+{
+    std::uint8_t red = 255;
+    std::uint8_t green = 255;
+    std::uint8_t blue = 255;
+    std::uint8_t alpha = 255; ///< Always 255: alpha of vertex colours would cut leaves.
+
+    friend bool operator==(const Tint&, const Tint&) = default;
+};
+
+/// The tint nearest to a linear colour, each component in [0, 1].
+[[nodiscard]] Tint tintOf(const Vec3& colour) noexcept;
 
 /// A run of indices drawn with one material in one colour.
 struct MeshPart
@@ -22,12 +49,21 @@ struct MeshPart
     MeshMaterial material = MeshMaterial::Bark;
     std::uint32_t firstIndex = 0;
     std::uint32_t indexCount = 0;
-    std::uint16_t colour = 0; ///< Entry of Appearance::palette; Bark of 0 has the bark's own colour.
+    /// Entry of Appearance::palette, Bark of 0 has the bark's own colour; of Leaves: the kind, in Appearance::leaves.
+    std::uint16_t colour = 0;
 
     friend bool operator==(const MeshPart&, const MeshPart&) = default;
 };
 
-/// The triangles of one tree at one level of detail. Vertex arrays have equal length. Plant space: metres, Y up.
+/// Which of a mesh's optional arrays are filled.
+struct MeshStreams
+{
+    bool tints = false;
+    bool sources = false;
+};
+
+/// The triangles of one tree at one level of detail. Vertex arrays have equal length, but for those that may be
+/// empty. Plant space: metres, Y up.
 /// Triangles are counter-clockwise seen from where their normals point: outside, and to one side of flat surfaces,
 /// whose normals are to be turned towards whoever looks. A plain value; `clear` keeps the memory.
 struct TreeMesh
@@ -39,10 +75,14 @@ struct TreeMesh
     /// Bark, in repeats of the texture: u round the axis, v along it, growing towards the tip. Surfaces: their whole in
     /// [0, 1], v from where they are attached to their tip.
     std::vector<Vec2> uvs;
+    std::vector<Tint> tints;            ///< Empty where all are white.
+    std::vector<VertexSource> sources;  ///< Empty unless asked for.
     std::vector<std::uint32_t> indices; ///< Three a triangle, each below positions.size().
     std::vector<MeshPart> parts;        ///< Cover all indices, in order.
 
     void clear() noexcept;
+    /// All vertex arrays to this length, those of `streams` included: new tints are white.
+    void resizeVertices(std::size_t count, MeshStreams streams);
 
     friend bool operator==(const TreeMesh&, const TreeMesh&) = default;
 };

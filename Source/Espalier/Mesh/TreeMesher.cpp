@@ -15,12 +15,16 @@ struct MeshSizes
 
 void shrink(const MeshSizes& to, TreeMesh& mesh)
 {
-    mesh.positions.resize(to.vertices);
-    mesh.normals.resize(to.vertices);
-    mesh.tangents.resize(to.vertices);
-    mesh.uvs.resize(to.vertices);
+    mesh.resizeVertices(to.vertices, {});
     mesh.indices.resize(to.indices);
     mesh.parts.resize(to.parts);
+}
+
+/// Tints where the species has any; they are all or nothing.
+MeshStreams streamsFor(const Appearance& appearance, const MeshSettings& settings)
+{
+    const bool hasYoungWood = appearance.bark.youngRadius > 0 && appearance.bark.youngTint != Vec3(1);
+    return {.tints = hasYoungWood || !appearance.leaves.empty(), .sources = settings.sources};
 }
 
 } // namespace
@@ -32,10 +36,13 @@ MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, cons
     TubeSettings tubes = settings.tubes;
     const std::size_t entries = std::clamp<std::size_t>(appearance.palette.size(), 1, kMaxPalette);
     tubes.colours = std::min(tubes.colours, static_cast<std::uint16_t>(entries));
+    tubes.streams = streamsFor(appearance, settings);
     const MeshResult wood = meshTubes(skeleton, appearance.bark, tubes, limits, scratch.tubes, mesh);
     if (wood != MeshResult::Ok && wood != MeshResult::EmptySkeleton)
         return wood;
-    const MeshResult shapes = meshShapes(skeleton, appearance, settings.shapes, limits, scratch.shapes, mesh);
+    ShapeSettings shapeSettings = settings.shapes;
+    shapeSettings.streams = tubes.streams;
+    const MeshResult shapes = meshShapes(skeleton, appearance, shapeSettings, limits, scratch.shapes, mesh);
     if (shapes == MeshResult::EmptySkeleton)
         return wood;
     if (shapes != MeshResult::Ok)

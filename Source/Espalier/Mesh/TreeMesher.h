@@ -11,6 +11,7 @@ struct MeshSettings
 {
     TubeSettings tubes{};
     ShapeSettings shapes{};
+    bool sources = false; ///< Fill TreeMesh::sources: wind, picking and cutting want them.
 };
 
 /// Memory that meshing needs in between; reuse it and nothing is allocated after warm-up. One per thread.

@@ -128,7 +128,7 @@ bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, TubeScratch& 
 {
     std::vector<AxisJoint>& joints = scratch.joints;
     joints.clear();
-    joints.push_back({.position = skeleton.starts[segment], .radius = skeleton.startRadii[segment]});
+    joints.push_back({.position = skeleton.starts[segment], .radius = skeleton.startRadii[segment], .piece = segment});
     float thickest = joints[0].radius;
     for (std::uint32_t i = segment; i != kNoSegment; i = skeleton.continuations[i])
     {
@@ -138,7 +138,10 @@ bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, TubeScratch& 
         const float radius = endRadiusOf(skeleton, scratch.forks, i);
         thickest = std::max(thickest, radius);
         if (glm::dot(step, step) > kSmallestStep * kSmallestStep)
+        {
+            joints.back().piece = i;
             joints.push_back({.position = skeleton.ends[i], .radius = radius});
+        }
         else
             joints.back().radius = radius;
     }
@@ -343,7 +346,8 @@ TubeRing ringAt(const CurvePoint& point)
             .tangent = point.tangent,
             .along = point.along,
             .slope = point.slope,
-            .normal = {scale, -point.slope * scale}};
+            .normal = {scale, -point.slope * scale},
+            .segment = point.piece};
 }
 
 /// True if the tube between two rings passes through itself on the inside of a bend.
@@ -587,12 +591,21 @@ Vec3 collarNormal(const TubeCollar& collar, const TubeRing& ring, const Vec3& po
     return directionOr(glm::mix(own, parents, 0.9f * rest * rest * agreement), own);
 }
 
+/// What wood of this radius is tinted by: young wood differs from the bark of boughs.
+Tint woodTint(const BarkAppearance& bark, float radius)
+{
+    constexpr float kOld = 3; // times as thick as young wood: nothing of the tint is left
+    const float age = std::clamp((radius / std::max(bark.youngRadius, 1e-6f) - 1) / (kOld - 1), 0.f, 1.f);
+    return tintOf(glm::mix(bark.youngTint, Vec3(1), age));
+}
+
 /// Writes tubes one after the other: vertices as they come, indices each into the run of its colour.
 class TubeWriter
 {
 public:
-    TubeWriter(const TubeScratch& scratch, float tile, TreeMesh& mesh, std::size_t vertex, PartCursors& cursors)
-        : scratch_(scratch), tile_(tile), mesh_(mesh), vertex_(vertex), cursors_(cursors)
+    TubeWriter(const Plan& plan, const BarkAppearance& bark, TreeMesh& mesh, std::size_t vertex, PartCursors& cursors)
+        : scratch_(plan.scratch), streams_(plan.settings.streams), tile_(plan.tile), bark_(bark), mesh_(mesh),
+          vertex_(vertex), cursors_(cursors)
     {}
 
     void write(const Tube& tube)
@@ -640,8 +653,18 @@ private:
             tangents[j] = Vec4(up * point.x - here.side * point.y, 1);
             uvs[j] = {static_cast<float>(j) * uStep, v};
         }
+        writeStreams(ring, circle.size());
         vertex_ += circle.size();
         mesh_.uvs[vertex_ - 1].x = tube.repeats;
+    }
+
+    /// The optional arrays of `count` vertices that belong to `ring`, from the next one on.
+    void writeStreams(const TubeRing& ring, std::size_t count)
+    {
+        if (streams_.tints)
+            std::fill_n(&mesh_.tints[vertex_], count, woodTint(bark_, ring.radius));
+        if (streams_.sources)
+            std::fill_n(&mesh_.sources[vertex_], count, VertexSource{.segment = ring.segment});
     }
 
     void placeCollarRing(const TubeCollar& collar, const TubeRing& ring, std::span<const Vec2> circle)
@@ -734,6 +757,7 @@ private:
         mesh_.normals[vertex_] = normal;
         mesh_.tangents[vertex_] = Vec4(sideNormalTo(normal, ring.side), -1);
         mesh_.uvs[vertex_] = Vec2(glm::dot(arm, ring.side), glm::dot(arm, up)) / tile_;
+        writeStreams(ring, 1);
         ++vertex_;
     }
 
@@ -745,7 +769,9 @@ private:
     }
 
     const TubeScratch& scratch_;
+    MeshStreams streams_;
     float tile_;
+    const BarkAppearance& bark_;
     TreeMesh& mesh_;
     std::size_t vertex_;
     std::size_t index_ = 0;
@@ -787,12 +813,9 @@ MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
         return MeshResult::EmptySkeleton;
 
     const std::size_t firstVertex = mesh.positions.size();
-    mesh.positions.resize(vertices);
-    mesh.normals.resize(vertices);
-    mesh.tangents.resize(vertices);
-    mesh.uvs.resize(vertices);
+    mesh.resizeVertices(vertices, kept.streams);
     cursors.open(MeshMaterial::Bark, mesh);
-    TubeWriter writer(scratch, plan.tile, mesh, firstVertex, cursors);
+    TubeWriter writer(plan, bark, mesh, firstVertex, cursors);
     for (const Tube& tube : scratch.tubes)
         writer.write(tube);
     return MeshResult::Ok;

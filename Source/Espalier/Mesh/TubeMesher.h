@@ -3,13 +3,13 @@
 #include <Espalier/Core/Limits.h>
 #include <Espalier/Mesh/AxisCurve.h>
 #include <Espalier/Mesh/TreeMesh.h>
+#include <Espalier/Plant/Skeleton.h>
 #include <array>
 #include <cstdint>
 #include <vector>
 
 namespace espalier {
 
-struct Skeleton;
 struct BarkAppearance;
 
 /// How branch axes become closed tubes.
@@ -26,19 +26,21 @@ struct TubeSettings
     float rootFlare = 0.7f;       ///< The same for the trunk where it meets the ground. [0, 4]
     float rootFlareLength = 4.0f; ///< In radii of the trunk. [0, 20]
     std::uint16_t colours = 64;   ///< Parts at most: materials from this one on share the last. [1, 64]
+    MeshStreams streams{};        ///< Tints are those of young wood (BarkAppearance::youngTint).
 };
 
 /// A cross section of a tube.
 struct TubeRing
 {
-    Vec3 centre{0};      ///< Metres.
-    float radius = 0;    ///< Metres, without the collar.
-    Vec3 tangent{0};     ///< Unit; the ring lies normal to it.
-    float along = 0;     ///< Metres from the axis' start.
-    Vec3 side{0};        ///< Unit, normal to the tangent: towards the ring's first vertex.
-    float slope = 0;     ///< d radius / d along, without the collar.
-    Vec2 normal{1, 0};   ///< The surface normal outwards and along the tangent, unit.
-    bool pinned = false; ///< Placed on purpose: not dropped because the tube is straight here.
+    Vec3 centre{0};                     ///< Metres.
+    float radius = 0;                   ///< Metres, without the collar.
+    Vec3 tangent{0};                    ///< Unit; the ring lies normal to it.
+    float along = 0;                    ///< Metres from the axis' start.
+    Vec3 side{0};                       ///< Unit, normal to the tangent: towards the ring's first vertex.
+    float slope = 0;                    ///< d radius / d along, without the collar.
+    Vec2 normal{1, 0};                  ///< The surface normal outwards and along the tangent, unit.
+    std::uint32_t segment = kNoSegment; ///< Of the skeleton: the one that it stands on.
+    bool pinned = false;                ///< Placed on purpose: not dropped because the tube is straight here.
 };
 
 /// Where a branch leaves its parent, whose surface nearby is taken for two cones that meet at the joint.

@@ -1,4 +1,5 @@
 #include <Espalier/Species/Appearance.h>
+#include <algorithm>
 
 namespace espalier {
 
@@ -14,6 +15,22 @@ std::vector<Vec3> defaultPalette()
         {0.200f, 0.130f, 0.560f}, // violet blue
         {0.270f, 0.165f, 0.075f}, // withered leaf
     };
+}
+
+Appearance inSeason(const Appearance& appearance, std::string_view season)
+{
+    Appearance changed = appearance;
+    const auto found = std::ranges::find(appearance.seasons, season, &Season::name);
+    if (found == appearance.seasons.end())
+        return changed;
+    for (std::size_t i = 0; i < std::min(changed.leaves.size(), found->leaves.size()); ++i)
+    {
+        const SeasonalLeaves& then = found->leaves[i];
+        changed.leaves[i].colour = then.colour;
+        changed.leaves[i].colourSpread = then.colourSpread;
+        changed.leaves[i].density *= then.density;
+    }
+    return changed;
 }
 
 } // namespace espalier

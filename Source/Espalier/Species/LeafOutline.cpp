@@ -1,0 +1,180 @@
+#include <Espalier/Species/LeafOutline.h>
+
+#include <Espalier/Core/DeterministicMath.h>
+#include <algorithm>
+#include <cmath>
+
+namespace espalier {
+namespace {
+
+constexpr float kStalkHalfWidth = 0.012f; // in lengths of the leaf
+
+/// x^a (1 - x)^b, divided by its greatest value: a leaf that is widest at a / (a + b), round where an exponent is below
+/// one and pointed where it is above.
+float arc(float x, double a, double b)
+{
+    const double t = static_cast<double>(x);
+    const double widest = a / (a + b);
+    return static_cast<float>(math::pow(t / widest, a) * math::pow((1 - t) / (1 - widest), b));
+}
+
+/// 0 at whole numbers, 1 half way.
+float wave(float x)
+{
+    return static_cast<float>(0.5 - 0.5 * math::cos(2 * math::kPi * static_cast<double>(x)));
+}
+
+float lobed(float x)
+{
+    // Three and a half lobes a side, deepest in the middle of the leaf.
+    const float depth = 0.5f * std::min(1.f, 4 * x * (1 - x));
+    return arc(x, 1.1, 0.55) * (1 - depth * wave(0.5f + 3.5f * x)) / 0.96f;
+}
+
+float deltoid(float x)
+{
+    constexpr float kWidest = 0.22f;
+    if (x < kWidest)
+        return arc(x / (2 * kWidest), 0.6, 0.6);
+    const float tooth = 11 * x - std::floor(11 * x);
+    return (1 - x) / (1 - kWidest) * (1 - 0.13f * tooth);
+}
+
+/// How wide a leaf of a spray is, in its own lengths.
+float usualWidth(LeafShape shape)
+{
+    switch (shape)
+    {
+    case LeafShape::Ovate:
+    case LeafShape::Lobed:
+        return 0.58f;
+    case LeafShape::Lanceolate:
+        return 0.2f;
+    case LeafShape::Deltoid:
+        return 0.75f;
+    case LeafShape::Linear:
+        return 0.08f;
+    case LeafShape::Needle:
+        return 0.07f;
+    case LeafShape::Blossom:
+        return 0.7f;
+    }
+    return 0.5f;
+}
+
+float lengthOf(Vec2 v)
+{
+    return std::sqrt(v.x * v.x + v.y * v.y);
+}
+
+std::vector<LeafOnSurface> petals(float halfWidth, float usual)
+{
+    std::vector<LeafOnSurface> leaves;
+    const Vec2 middle(0, 0.5f);
+    for (int i = 0; i < 5; ++i)
+    {
+        const math::SinCos turn = math::sinCosDegrees(72.0 * i);
+        const Vec2 reach(halfWidth * static_cast<float>(turn.sin), 0.5f * static_cast<float>(turn.cos));
+        leaves.push_back({middle, middle + reach, 0.5f * usual * lengthOf(reach), 0});
+    }
+    return leaves;
+}
+
+/// Two ranks along the midline; lower leaves lie over upper ones, as on a shoot seen from above.
+std::vector<LeafOnSurface> spray(const LeafAppearance& leaf, float shootEnd, float usual)
+{
+    constexpr float kRise = 0.75f; // a leaf's way up for its way out
+    const float halfWidth = 0.5f * leaf.width;
+    const float terminal = 1 - shootEnd;
+    std::vector<LeafOnSurface> leaves;
+    const std::uint32_t ranked = leaf.leaves - 1;
+    for (std::uint32_t i = 0; i < ranked; ++i)
+    {
+        const float share = (static_cast<float>(i) + 0.5f) / static_cast<float>(ranked);
+        const Vec2 foot(0, 0.06f + (shootEnd - 0.06f) * share);
+        // Shorter towards the end, so that the spray is rounded.
+        const float out = halfWidth * (1 - 0.45f * share * share) * (i % 2 == 0 ? 1.f : -1.f);
+        const Vec2 reach(out, std::min(kRise * std::abs(out), 1 - foot.y));
+        leaves.push_back({foot, foot + reach, 0.5f * usual * lengthOf(reach), leaf.stalk});
+    }
+    leaves.push_back({{0, shootEnd}, {0, 1}, std::min(0.5f * usual * terminal, halfWidth), leaf.stalk});
+    return leaves;
+}
+
+} // namespace
+
+float halfWidthOf(LeafShape shape, float along) noexcept
+{
+    if (!(along > 0 && along < 1))
+        return 0;
+    switch (shape)
+    {
+    case LeafShape::Ovate:
+        return arc(along, 0.75, 1.15);
+    case LeafShape::Lobed:
+        return std::min(lobed(along), 1.f);
+    case LeafShape::Lanceolate:
+        return arc(along, 0.6, 0.95);
+    case LeafShape::Deltoid:
+        return deltoid(along);
+    case LeafShape::Linear:
+        return std::min({1.f, along / 0.06f, (1 - along) / 0.55f});
+    case LeafShape::Needle:
+        return std::min({1.f, 0.5f + along / 0.1f, (1 - along) / 0.2f});
+    case LeafShape::Blossom:
+        return arc(along, 0.9, 0.4);
+    }
+    return 0;
+}
+
+LeafSurface::LeafSurface(const LeafAppearance& leaf) : shape_(leaf.shape), width_(leaf.width)
+{
+    const float halfWidth = 0.5f * leaf.width;
+    const float usual = usualWidth(leaf.shape);
+    if (leaf.shape == LeafShape::Blossom)
+        leaves_ = petals(halfWidth, usual);
+    else if (leaf.leaves <= 1)
+        leaves_ = {{{0, 0}, {0, 1}, halfWidth, leaf.stalk}};
+    else
+    {
+        shootEnd_ = std::clamp(1 - 1.2f * halfWidth, 0.4f, 0.92f);
+        shootWidth_ = kStalkHalfWidth;
+        leaves_ = spray(leaf, shootEnd_, usual);
+    }
+}
+
+std::optional<SurfacePoint> LeafSurface::at(Vec2 uv) const noexcept
+{
+    const Vec2 point((uv.x - 0.5f) * width_, uv.y);
+    for (std::uint32_t i = 0; i < leaves_.size(); ++i)
+    {
+        const LeafOnSurface& leaf = leaves_[i];
+        const Vec2 way = leaf.tip - leaf.foot;
+        const float length = lengthOf(way);
+        const Vec2 arm = point - leaf.foot;
+        const float share = (arm.x * way.x + arm.y * way.y) / (length * length);
+        const float aside = (arm.x * way.y - arm.y * way.x) / length; // to the right of the way up
+        const float along = (share - leaf.stalk) / (1 - leaf.stalk);
+        const float half = leaf.halfWidth * halfWidthOf(shape_, along);
+        if (half > 0 && std::abs(aside) <= half)
+            return SurfacePoint{i, along, aside / half};
+        const float stalk = std::min(kStalkHalfWidth * length, leaf.halfWidth);
+        if (leaf.stalk > 0 && share >= 0 && along <= 0 && std::abs(aside) <= stalk)
+            return SurfacePoint{i, along, aside / stalk};
+    }
+    if (shootWidth_ > 0 && point.y <= shootEnd_ && std::abs(point.x) <= shootWidth_)
+        return SurfacePoint{SurfacePoint::kShoot, point.y / shootEnd_, point.x / shootWidth_};
+    return std::nullopt;
+}
+
+float LeafSurface::coverage() const noexcept
+{
+    constexpr int kSteps = 64;
+    int covered = 0;
+    for (int y = 0; y < kSteps; ++y)
+        for (int x = 0; x < kSteps; ++x)
+            covered += at({(static_cast<float>(x) + 0.5f) / kSteps, (static_cast<float>(y) + 0.5f) / kSteps}) ? 1 : 0;
+    return static_cast<float>(covered) / (kSteps * kSteps);
+}
+
+} // namespace espalier
