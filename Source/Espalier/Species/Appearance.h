@@ -31,11 +31,6 @@ struct BarkAppearance
     /// What young wood is tinted by, on top of the bark's colour. White: twigs look like the trunk. [0, 1] each
     Vec3 youngTint{1};
     float youngRadius = 0; ///< Metres: the tint is whole on wood this thin, gone on wood three times as thick. [0, 10]
-    /// The user's own pictures in place of generated ones, beside the species' file; empty: generated. Colour, normal
-    /// map (+Y towards the tip) and roughness (as in glTF: green) tile in both directions.
-    std::string colourImage;
-    std::string normalImage;
-    std::string roughnessImage;
 
     friend bool operator==(const BarkAppearance&, const BarkAppearance&) = default;
 };
@@ -105,9 +100,6 @@ struct LeafAppearance
     float translucency = 0.4f; ///< Share of the light that falls on one side and leaves on the other. [0, 1]
     float roughness = 0.6f;    ///< [0, 1], as in glTF.
     float crownNormals = 0.6f; ///< How far normals are bent outwards from the crown: soft shading. [0, 1]
-    /// As in BarkAppearance. Alpha of the colour cuts the leaf out; its stalk is at the middle of the lower edge.
-    std::string colourImage;
-    std::string normalImage;
 
     friend bool operator==(const LeafAppearance&, const LeafAppearance&) = default;
 };
@@ -136,6 +128,18 @@ struct Season
 
 inline constexpr std::size_t kMaxSeasons = 16;
 
+/// A user's own pictures in place of generated ones: paths beside the species' file; empty ones are generated. Those of
+/// bark tile in both directions, +v upwards; those of leaves have the stalk at the middle of the lower edge, and alpha
+/// of the colour cuts them out.
+struct MaterialImages
+{
+    std::string colour;
+    std::string normal;    ///< Tangent space, green towards the tip.
+    std::string roughness; ///< Green channel, as in glTF.
+
+    friend bool operator==(const MaterialImages&, const MaterialImages&) = default;
+};
+
 /// Entries of a palette; a skeleton's materials beyond share the last.
 inline constexpr std::size_t kMaxPalette = 64;
 
@@ -160,6 +164,7 @@ struct Appearance
     BarkAppearance bark;
     std::vector<LeafAppearance> leaves; ///< At most kMaxLeafKinds; none: a winter tree.
     std::vector<Season> seasons;        ///< At most kMaxSeasons.
+    std::vector<MaterialImages> images; ///< [0] of the bark, [1 + k] of leaves of kind k; may be shorter.
     WindAppearance wind;
     /// Linear RGB in [0, 1], by the material index of what the skeleton draws (the turtle's '); indices beyond take the
     /// last entry. Wood of index 0 has the bark's colour, so entry 0 is that of leaves. [1, kMaxPalette] entries
