@@ -1,4 +1,5 @@
 #include "Input.h"
+#include "Look.h"
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
@@ -57,6 +58,7 @@ struct RenderCommand
     std::optional<double> elevationDegrees;
     double linePixels = 0;
     bool paper = false;
+    LookOptions look;
     std::string levels = "0"; ///< Of detail.
 };
 
@@ -87,6 +89,7 @@ struct Gallery
         if (command.linePixels > 0)
             meshSettings.tubes = lineTubes();
         appearances.push_back(std::make_unique<Appearance>(input.appearance()));
+        command.look.applyTo(*appearances.back());
         if (command.paper && command.linePixels > 0)
             dipInInk(*appearances.back());
         const Appearance* shown = appearances.back().get();
@@ -228,6 +231,7 @@ void addRender(CLI::App& app)
             "A level of detail, 0 the full plant, each further one half as many triangles; or a range, such as "
             "0..4")
         ->capture_default_str();
+    command->look.addTo(*verb);
     command->templates.addTo(*verb);
     verb->callback([command] { render(*command); });
 }
