@@ -8,6 +8,7 @@ namespace espalier {
 namespace {
 
 constexpr float kStalkHalfWidth = 0.012f; // in lengths of the leaf
+constexpr float kHeartRadius = 0.11f;     // of a blossom, in shares of the way to either edge
 
 /// x^a (1 - x)^b, divided by its greatest value: a leaf that is widest at a / (a + b), round where an exponent is below
 /// one and pointed where it is above.
@@ -18,26 +19,51 @@ float arc(float x, double a, double b)
     return static_cast<float>(math::pow(t / widest, a) * math::pow((1 - t) / (1 - widest), b));
 }
 
-/// 0 at whole numbers, 1 half way.
-float wave(float x)
+/// A lobe of an oak's leaf: where it ends, foot to tip, and half widths at its middle and in the bay behind it.
+struct Lobe
 {
-    return static_cast<float>(0.5 - 0.5 * math::cos(2 * math::kPi * static_cast<double>(x)));
-}
+    float end;
+    float reach;
+    float bay;
+};
+constexpr Lobe kLobes[] = {{0.12f, 0.17f, 0.12f}, {0.27f, 0.50f, 0.25f}, {0.44f, 0.80f, 0.38f},
+                           {0.63f, 1.00f, 0.46f}, {0.82f, 0.88f, 0.44f}, {1.00f, 0.52f, 0.00f}};
 
+/// Round lobes with narrow bays between them.
 float lobed(float x)
 {
-    // Three and a half lobes a side, deepest in the middle of the leaf.
-    const float depth = 0.5f * std::min(1.f, 4 * x * (1 - x));
-    return arc(x, 1.1, 0.55) * (1 - depth * wave(0.5f + 3.5f * x)) / 0.96f;
+    float start = 0;
+    float bay = 0;
+    for (const Lobe& lobe : kLobes)
+    {
+        if (x < lobe.end)
+        {
+            const float t = (x - start) / (lobe.end - start);
+            const float between = std::lerp(bay, lobe.bay, t);
+            return between + (lobe.reach - between) * std::sqrt(std::max(0.f, 4 * t * (1 - t)));
+        }
+        start = lobe.end;
+        bay = lobe.bay;
+    }
+    return 0;
 }
 
+/// 0 at whole numbers, rising to 1 and falling back at once: teeth that point to the tip.
+float tooth(float x)
+{
+    const float t = x - std::floor(x);
+    return t < 0.82f ? t / 0.82f : (1 - t) / 0.18f;
+}
+
+/// A rounded triangle with a long point; large teeth carry small ones.
 float deltoid(float x)
 {
-    constexpr float kWidest = 0.22f;
+    constexpr float kWidest = 0.24f;
     if (x < kWidest)
-        return arc(x / (2 * kWidest), 0.6, 0.6);
-    const float tooth = 11 * x - std::floor(11 * x);
-    return (1 - x) / (1 - kWidest) * (1 - 0.13f * tooth);
+        return arc(x / (2 * kWidest), 0.55, 0.55) * (1 - 0.03f * tooth(20 * x));
+    const float t = (x - kWidest) / (1 - kWidest);
+    const float outline = (1 - t) * (1 - 0.35f * t * (1 - t));
+    return outline * (1 - 0.16f * tooth(8 * x - 8 * kWidest) - 0.06f * tooth(24 * x - 24 * kWidest));
 }
 
 /// How wide a leaf of a spray is, in its own lengths.
@@ -112,7 +138,7 @@ float halfWidthOf(LeafShape shape, float along) noexcept
     case LeafShape::Ovate:
         return arc(along, 0.75, 1.15);
     case LeafShape::Lobed:
-        return std::min(lobed(along), 1.f);
+        return lobed(along);
     case LeafShape::Lanceolate:
         return arc(along, 0.6, 0.95);
     case LeafShape::Deltoid:
@@ -146,6 +172,13 @@ LeafSurface::LeafSurface(const LeafAppearance& leaf) : shape_(leaf.shape), width
 std::optional<SurfacePoint> LeafSurface::at(Vec2 uv) const noexcept
 {
     const Vec2 point((uv.x - 0.5f) * width_, uv.y);
+    if (shape_ == LeafShape::Blossom)
+    {
+        const Vec2 heart(2 * uv.x - 1, 2 * uv.y - 1);
+        const float away = lengthOf(heart) / kHeartRadius;
+        if (away <= 1)
+            return SurfacePoint{SurfacePoint::kShoot, away, heart.x / kHeartRadius};
+    }
     for (std::uint32_t i = 0; i < leaves_.size(); ++i)
     {
         const LeafOnSurface& leaf = leaves_[i];
@@ -155,6 +188,8 @@ std::optional<SurfacePoint> LeafSurface::at(Vec2 uv) const noexcept
         const float share = (arm.x * way.x + arm.y * way.y) / (length * length);
         const float aside = (arm.x * way.y - arm.y * way.x) / length; // to the right of the way up
         const float along = (share - leaf.stalk) / (1 - leaf.stalk);
+        if (share < 0 || share > 1 || std::abs(aside) > leaf.halfWidth)
+            continue;
         const float half = leaf.halfWidth * halfWidthOf(shape_, along);
         if (half > 0 && std::abs(aside) <= half)
             return SurfacePoint{i, along, aside / half};
