@@ -1,6 +1,7 @@
 #include <Espalier/Species/LeafOutline.h>
 
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Random.h>
 #include <algorithm>
 #include <cmath>
 
@@ -26,10 +27,10 @@ struct Lobe
     float reach;
     float bay;
 };
-constexpr Lobe kLobes[] = {{0.12f, 0.17f, 0.12f}, {0.27f, 0.50f, 0.25f}, {0.44f, 0.80f, 0.38f},
-                           {0.63f, 1.00f, 0.46f}, {0.82f, 0.88f, 0.44f}, {1.00f, 0.52f, 0.00f}};
+constexpr Lobe kLobes[] = {{0.13f, 0.19f, 0.15f}, {0.29f, 0.52f, 0.29f}, {0.46f, 0.82f, 0.42f},
+                           {0.64f, 1.00f, 0.52f}, {0.81f, 0.86f, 0.46f}, {1.00f, 0.52f, 0.00f}};
 
-/// Round lobes with narrow bays between them.
+/// Broad round lobes with rounded bays between them, and a round tip.
 float lobed(float x)
 {
     float start = 0;
@@ -39,8 +40,10 @@ float lobed(float x)
         if (x < lobe.end)
         {
             const float t = (x - start) / (lobe.end - start);
+            const float middle = 4 * t * (1 - t); // 1 there, 0 in the bays
+            const bool isTip = lobe.bay == 0 && t > 0.5f;
             const float between = std::lerp(bay, lobe.bay, t);
-            return between + (lobe.reach - between) * std::sqrt(std::max(0.f, 4 * t * (1 - t)));
+            return between + (lobe.reach - between) * (isTip ? std::sqrt(middle) : middle * middle * (3 - 2 * middle));
         }
         start = lobe.end;
         bay = lobe.bay;
@@ -55,15 +58,15 @@ float tooth(float x)
     return t < 0.82f ? t / 0.82f : (1 - t) / 0.18f;
 }
 
-/// A rounded triangle with a long point; large teeth carry small ones.
+/// A rounded triangle with a point; large teeth carry small ones.
 float deltoid(float x)
 {
-    constexpr float kWidest = 0.24f;
+    constexpr float kWidest = 0.28f;
     if (x < kWidest)
-        return arc(x / (2 * kWidest), 0.55, 0.55) * (1 - 0.03f * tooth(20 * x));
+        return arc(x / (2 * kWidest), 0.7, 0.7);
     const float t = (x - kWidest) / (1 - kWidest);
-    const float outline = (1 - t) * (1 - 0.35f * t * (1 - t));
-    return outline * (1 - 0.16f * tooth(8 * x - 8 * kWidest) - 0.06f * tooth(24 * x - 24 * kWidest));
+    const float outline = (1 - t) * (1 + 0.9f * t * (1 - t) * (1 - 1.6f * t));
+    return outline * (1 - (0.10f * tooth(9 * t) + 0.05f * tooth(27 * t)) * std::min(1.f, 8 * t));
 }
 
 /// How wide a leaf of a spray is, in its own lengths.
@@ -106,23 +109,52 @@ std::vector<LeafOnSurface> petals(float halfWidth, float usual)
     return leaves;
 }
 
-/// Two ranks along the midline; lower leaves lie over upper ones, as on a shoot seen from above.
-std::vector<LeafOnSurface> spray(const LeafAppearance& leaf, float shootEnd, float usual)
+/// Leaves of a spray turn from outwards, at its foot, to forwards. Radians from the shoot.
+struct Spread
 {
-    constexpr float kRise = 0.75f; // a leaf's way up for its way out
+    double lowest;
+    double highest;
+};
+
+Spread spreadOf(LeafShape shape)
+{
+    switch (shape)
+    {
+    case LeafShape::Needle:
+        return {1.0, 0.65};
+    case LeafShape::Linear:
+        return {1.15, 0.55};
+    default:
+        return {1.22, 0.6};
+    }
+}
+
+/// Two ranks along the midline; lower leaves lie over upper ones, as on a shoot seen from above. No two are quite
+/// alike.
+std::vector<LeafOnSurface> spray(const LeafAppearance& leaf, float length, float shootEnd, float usual)
+{
+    const Spread spread = spreadOf(leaf.shape);
     const float halfWidth = 0.5f * leaf.width;
-    const float terminal = 1 - shootEnd;
+    const RandomKey key(Seed{1});
     std::vector<LeafOnSurface> leaves;
     const std::uint32_t ranked = leaf.leaves - 1;
     for (std::uint32_t i = 0; i < ranked; ++i)
     {
+        const double turn = key.child(i).uniform(Purpose::Sampling, -0.09, 0.09, 0);
+        const auto shorter = static_cast<float>(key.child(i).uniform(Purpose::Sampling, 0, 0.14, 1));
         const float share = (static_cast<float>(i) + 0.5f) / static_cast<float>(ranked);
-        const Vec2 foot(0, 0.06f + (shootEnd - 0.06f) * share);
-        // Shorter towards the end, so that the spray is rounded.
-        const float out = halfWidth * (1 - 0.45f * share * share) * (i % 2 == 0 ? 1.f : -1.f);
-        const Vec2 reach(out, std::min(kRise * std::abs(out), 1 - foot.y));
-        leaves.push_back({foot, foot + reach, 0.5f * usual * lengthOf(reach), leaf.stalk});
+        const Vec2 foot(0, 0.05f + (shootEnd - 0.05f) * share);
+        const math::SinCos way =
+            math::sinCos(spread.lowest + (spread.highest - spread.lowest) * static_cast<double>(share) + turn);
+        const auto out = static_cast<float>(way.sin);
+        const auto up = static_cast<float>(way.cos);
+        // The longest just reach the surface's edges; those at the end are shorter, which rounds the spray.
+        const float reach =
+            std::min({length * (1 - 0.25f * share) * (1 - shorter), halfWidth / out, (1 - foot.y) / up});
+        const float side = i % 2 == 0 ? 1.f : -1.f;
+        leaves.push_back({foot, foot + reach * Vec2(side * out, up), 0.5f * usual * reach, leaf.stalk});
     }
+    const float terminal = 1 - shootEnd;
     leaves.push_back({{0, shootEnd}, {0, 1}, std::min(0.5f * usual * terminal, halfWidth), leaf.stalk});
     return leaves;
 }
@@ -163,9 +195,10 @@ LeafSurface::LeafSurface(const LeafAppearance& leaf) : shape_(leaf.shape), width
         leaves_ = {{{0, 0}, {0, 1}, halfWidth, leaf.stalk}};
     else
     {
-        shootEnd_ = std::clamp(1 - 1.2f * halfWidth, 0.4f, 0.92f);
+        const float length = halfWidth / static_cast<float>(math::sin(spreadOf(leaf.shape).lowest));
+        shootEnd_ = std::clamp(1 - 0.85f * length, 0.4f, 0.95f);
         shootWidth_ = kStalkHalfWidth;
-        leaves_ = spray(leaf, shootEnd_, usual);
+        leaves_ = spray(leaf, length, shootEnd_, usual);
     }
 }
 
@@ -197,8 +230,13 @@ std::optional<SurfacePoint> LeafSurface::at(Vec2 uv) const noexcept
         if (leaf.stalk > 0 && share >= 0 && along <= 0 && std::abs(aside) <= stalk)
             return SurfacePoint{i, along, aside / stalk};
     }
-    if (shootWidth_ > 0 && point.y <= shootEnd_ && std::abs(point.x) <= shootWidth_)
-        return SurfacePoint{SurfacePoint::kShoot, point.y / shootEnd_, point.x / shootWidth_};
+    if (shootWidth_ > 0 && point.y <= shootEnd_)
+    {
+        const float along = point.y / shootEnd_;
+        const float half = shootWidth_ * (1 - 0.5f * along);
+        if (std::abs(point.x) <= half)
+            return SurfacePoint{SurfacePoint::kShoot, along, point.x / half};
+    }
     return std::nullopt;
 }
 

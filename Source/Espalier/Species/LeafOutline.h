@@ -51,7 +51,7 @@ private:
     LeafShape shape_;
     float width_;
     float shootEnd_ = 0;   ///< Of a spray: where its last leaf begins.
-    float shootWidth_ = 0; ///< Half of it.
+    float shootWidth_ = 0; ///< Half of it, at its foot.
     std::vector<LeafOnSurface> leaves_;
 };
 

@@ -109,7 +109,7 @@ class LeafPainter
 {
 public:
     LeafPainter(const LeafAppearance& leaf, const LeafSurface& surface)
-        : leaf_(leaf), mottling_(9, 9, 3, 201), grain_(70, 70, 2, 202), cells_(46, 46, 1, 203), rays_(40, 3, 204),
+        : leaf_(leaf), mottling_(9, 9, 3, 201), grain_(70, 70, 2, 202), cells_(84, 84, 1, 203), rays_(40, 3, 204),
           wood_(mixed(leaf.colour, Vec3(0.20f, 0.13f, 0.06f), 0.65f))
     {
         const RandomKey key(Seed{205});
@@ -183,7 +183,7 @@ private:
     {
         const LeafVeins::Sample vein = veins.at(point.along, aside);
         const Vec2 on(0.6f * aside + one.noise.x, 0.6f * point.along + one.noise.y);
-        constexpr float kReach = 0.006f;
+        constexpr float kReach = 0.0036f;
         float border = kReach;
         const TileCells::Cell cell =
             cells_.visit(on, kReach, [&](float distance, float, float) { border = std::min(border, distance); });
@@ -196,10 +196,10 @@ private:
         float light = 1 + 0.12f * mottle + 0.05f * rough + 0.06f * (cell.random - 0.5f);
         light *= 1 + 0.14f * smoothStep(0.75f, 1, std::abs(point.across)) + 0.05f * margin;
         light *= 1 - 0.30f * smoothStep(0.75f, 0, point.along) * smoothStep(0.8f, 0, std::abs(point.across));
-        light *= 1 + 0.10f * vein.bulge - 0.05f;
+        light *= 0.94f + 0.9f * vein.bulge;
         Vec3 colour = leaf_.colour * light;
         const Vec3 pale = mixed(leaf_.colour * Vec3(1.55f, 1.4f, 1.5f), Vec3(0.32f, 0.36f, 0.14f), 0.2f);
-        float height = 0.006f * vein.bulge + 0.0012f * (1 - net) + 0.001f * rough;
+        float height = 0.028f * vein.bulge + 0.0003f * (1 - net) + 0.0006f * rough;
         if (strip)
         {
             const float lines = std::abs(std::fmod(6 * std::abs(point.across) + 0.5f, 1.f) - 0.5f) * 2; // 1 between two
@@ -210,8 +210,8 @@ private:
         else
             colour = mixed(colour, pale, 0.16f * net * (1 - vein.rib));
         colour = mixed(colour, pale, 0.85f * vein.rib);
-        height += 0.007f * vein.rib * (1 - 0.6f * point.along);
-        return {colour, height * one.blade, 1 + 0.06f * rough + 0.1f * vein.rib - 0.04f * vein.bulge};
+        height += 0.6f * vein.ridge;
+        return {colour, height * one.blade, 1 + 0.06f * rough + 0.1f * vein.rib - 0.3f * vein.bulge};
     }
 
     [[nodiscard]] Paint needle(const SurfacePoint& point, const Placed& one) const
@@ -238,7 +238,7 @@ private:
         colour *= 1 + 0.05f * mottling_.at(on) - 0.10f * smoothStep(0.1f, 0.6f, rays) * (1 - 0.6f * tip);
         colour *= 1 - 0.10f * smoothStep(0.25f, 0, std::abs(point.across)) * (1 - tip);
         const float cup = 0.05f * (1 - point.across * point.across) - 0.08f * smoothStep(0.6f, 1, point.along);
-        return {colour, one.blade * (0.006f * rays - cup * 0.6f), 1 - 0.05f * rays};
+        return {colour, one.blade * (0.003f * rays - cup * 0.6f), 1 - 0.05f * rays};
     }
 
     [[nodiscard]] Paint heart(const SurfacePoint& point, Vec2 uv) const

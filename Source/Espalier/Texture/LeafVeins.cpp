@@ -22,7 +22,7 @@ Venation venationOf(LeafShape shape)
     case LeafShape::Ovate:
         return {7, 0.95f, 0.55f, 0.012f};
     case LeafShape::Lobed:
-        return {6, 0.8f, 0.6f, 0.014f};
+        return {6, 0.55f, 0.6f, 0.013f};
     case LeafShape::Deltoid:
         return {6, 0.85f, 0.6f, 0.012f};
     case LeafShape::Lanceolate:
@@ -34,6 +34,12 @@ Venation venationOf(LeafShape shape)
         return {0, 0, 0, 0};
     }
     return {0, 0, 0, 0};
+}
+
+/// 1 on a rib, falling to 0 at 1.
+float roundRidge(float x)
+{
+    return x < 1 ? (1 - x * x) * (1 - x * x) : 0.f;
 }
 
 } // namespace
@@ -63,7 +69,7 @@ LeafVeins::LeafVeins(LeafShape shape, float halfWidth)
     if (shape == LeafShape::Lobed)
     {
         // Each lobe has its own, which ends in the middle of its edge.
-        constexpr float kMiddles[] = {0.195f, 0.355f, 0.535f, 0.725f, 0.9f};
+        constexpr float kMiddles[] = {0.21f, 0.375f, 0.55f, 0.725f, 0.9f};
         for (std::vector<SideVein>* half : {&left_, &right_})
         {
             half->clear();
@@ -86,6 +92,7 @@ LeafVeins::Sample LeafVeins::at(float along, float aside) const noexcept
     const float x = std::abs(aside);
     const float middle = thickness_ * (1 - 0.82f * along);
     sample.rib = std::clamp(1.5f - x / middle, 0.f, 1.f);
+    sample.ridge = middle * roundRidge(x / (1.5f * middle));
     float nearest = 0.5f * spacing_;
     for (const SideVein& vein : aside < 0 ? left_ : right_)
     {
@@ -104,7 +111,7 @@ LeafVeins::Sample LeafVeins::at(float along, float aside) const noexcept
             std::max(sample.rib, std::clamp(1.5f - distance / thick, 0.f, 1.f) * fades * (0.55f + 0.45f * sideShare_));
     }
     if (!left_.empty())
-        sample.bulge = std::min(1.f, 2 * nearest / spacing_) * std::min(1.f, x / (4 * middle));
+        sample.bulge = spacing_ * std::min(1.f, 2 * nearest / spacing_) * std::min(1.f, x / (4 * middle));
     return sample;
 }
 

@@ -16,7 +16,8 @@ public:
     struct Sample
     {
         float rib = 0;   ///< How much of this point is midrib or side vein: [0, 1].
-        float bulge = 0; ///< The blade between two side veins: 0 at a vein, 1 half way.
+        float ridge = 0; ///< How far it is raised for that, in lengths of the blade.
+        float bulge = 0; ///< The blade between two side veins: 0 at a vein, and half way as much as they are apart.
     };
 
     /// At `along` the blade and `aside` of its midrib, whose sign says on which half.
