@@ -41,9 +41,11 @@ float lobed(float x)
         {
             const float t = (x - start) / (lobe.end - start);
             const float middle = 4 * t * (1 - t); // 1 there, 0 in the bays
+            const float round = std::sqrt(middle);
             const bool isTip = lobe.bay == 0 && t > 0.5f;
+            const float bulge = isTip ? round : std::lerp(middle * middle * (3 - 2 * middle), round, 0.3f);
             const float between = std::lerp(bay, lobe.bay, t);
-            return between + (lobe.reach - between) * (isTip ? std::sqrt(middle) : middle * middle * (3 - 2 * middle));
+            return between + (lobe.reach - between) * bulge;
         }
         start = lobe.end;
         bay = lobe.bay;

@@ -78,34 +78,36 @@ void drawTornPatches(BarkPattern& bark, std::uint32_t size)
 
 void drawScars(BarkPattern& bark, std::uint32_t size)
 {
-    const TileFractal edge(12, 12, 3, 99);
-    const TileFractal crust(46, 40, 3, 100);
+    const TileFractal edge(13, 24, 4, 99);
+    const TileFractal crust(40, 60, 3, 100);
     struct Scar
     {
         Vec2 middle;
         Vec2 half;
     };
     constexpr Scar kScars[] = {
-        {{0.27f, 0.71f}, {0.19f, 0.15f}}, {{0.78f, 0.36f}, {0.15f, 0.12f}}, {{0.52f, 0.07f}, {0.085f, 0.065f}}};
+        {{0.27f, 0.71f}, {0.17f, 0.11f}}, {{0.78f, 0.36f}, {0.125f, 0.085f}}, {{0.52f, 0.07f}, {0.075f, 0.05f}}};
     for (const Scar& scar : kScars)
-        forEachTexelRound(size, scar.middle, scar.half, [&](std::size_t texel, Vec2 local) {
+        forEachTexelRound(size, scar.middle, 1.2f * scar.half, [&](std::size_t texel, Vec2 wide) {
+            const Vec2 local = 1.2f * wide;
             const Vec2 uv = scar.middle + local * scar.half;
             const float fringe = edge.at(uv);
             const float rough = crust.at(uv);
-            // Two brows droop from the top of a scar that is a blunt triangle.
+            // Two brows droop from above an eye; all is torn.
             const float away = std::abs(local.x);
-            const float brow = (0.10f + 0.11f * (1 - away)) * (1 - away) * 2.2f -
-                               std::abs(local.y - 0.34f + 0.62f * away * std::sqrt(away));
-            const float wedge =
-                std::min(0.30f - away - 0.32f * (local.y - 0.1f), std::min(0.42f - local.y, local.y + 0.52f));
-            const float inside = std::max(brow, wedge) + 0.10f * fringe + 0.05f * rough;
-            const float dark = smoothStep(0, 0.07f, inside);
-            const float smudge =
-                smoothStep(-0.22f, 0.02f, inside) * (1 - std::min(1.f, local.x * local.x + local.y * local.y));
-            bark.colour[texel] *= 1 - 0.32f * smudge;
-            bark.colour[texel] =
-                mixed(bark.colour[texel], Vec3(0.11f, 0.095f, 0.085f) * (1.1f + 0.8f * rough), 0.96f * dark);
-            bark.height.values[texel] += dark * (0.12f + 0.42f * rough) + 0.05f * smoothStep(-0.2f, 0, inside);
+            const float brow =
+                0.17f * std::sqrt(std::max(0.f, 1 - away)) - std::abs(local.y - 0.42f + 0.85f * away * std::sqrt(away));
+            const float eye =
+                0.44f - std::sqrt(1.2f * local.x * local.x + 2.2f * (local.y + 0.02f) * (local.y + 0.02f));
+            const float inside = std::max(brow, eye) + 0.20f * fringe + 0.08f * rough;
+            const float fading = std::max(0.f, 1 - (wide.x * wide.x + wide.y * wide.y));
+            const float dark = smoothStep(0, 0.09f, inside) * std::min(1.f, 4 * fading);
+            const float smudge = smoothStep(-0.30f, 0.05f, inside) * fading;
+            bark.colour[texel] *= 1 - 0.4f * smudge;
+            const Vec3 crusted = Vec3(0.105f, 0.09f, 0.08f) * (1.15f + 1.1f * rough);
+            bark.colour[texel] = mixed(bark.colour[texel], crusted, 0.96f * dark);
+            bark.height.values[texel] +=
+                dark * (0.10f + 0.42f * rough) + 0.06f * smoothStep(-0.25f, 0, inside) * fading;
             bark.roughness.values[texel] *= 1 + 0.25f * dark;
         });
 }

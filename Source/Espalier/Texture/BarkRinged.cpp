@@ -30,7 +30,7 @@ BarkPattern ringedBark(std::uint32_t size, std::uint32_t threads)
     forEachTexel(size, threads, [&](std::size_t i, Vec2 uv) {
         const float wave = wobble.at(uv);
         const float teeth = tear.at(uv);
-        const CellPlace ring = cellPlace(uv.y + 0.03f * sway.at(uv) + 0.012f * wave + 0.0035f * teeth, kRings);
+        const CellPlace ring = cellPlace(uv.y + 0.045f * sway.at(uv) + 0.012f * wave + 0.0035f * teeth, kRings);
         const float up = ring.inside; // 0 in the groove above a ledge, 1 on the ledge's brink
         const Vec2 at(uv.x + 0.006f * wave, uv.y);
         const float fibre = fibres.at({at.x + 0.31f * shade[ring.cell], at.y});
@@ -38,8 +38,9 @@ BarkPattern ringedBark(std::uint32_t size, std::uint32_t threads)
         const float rough = grain.at(uv);
         const float old = weather.at(uv);
 
-        const float brink = smoothStep(0.72f, 0.9f, up + 0.03f * teeth) * (1 - smoothStep(0.965f, 1.f, up));
-        const float groove = 1 - smoothStep(0.01f, 0.09f + 0.03f * teeth, up);
+        const float worn = smoothStep(-0.75f, 0.15f, wobble.at({uv.x, uv.y + 0.5f})); // little where a scar fades out
+        const float brink = smoothStep(0.72f, 0.9f, up + 0.03f * teeth) * (1 - smoothStep(0.965f, 1.f, up)) * worn;
+        const float groove = (1 - smoothStep(0.01f, 0.10f + 0.04f * teeth, up)) * (0.35f + 0.65f * worn);
         const float split = smoothStep(0.25f, 0.6f, splits.at({at.x + 0.23f * shade[ring.cell], at.y})) *
                             (1 - smoothStep(0, 0.14f, std::abs(strand))) * (1 - 0.6f * brink);
         float height = 0.42f + 0.16f * up + 0.30f * brink - 0.36f * groove;
