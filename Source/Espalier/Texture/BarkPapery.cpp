@@ -52,26 +52,28 @@ void drawPores(BarkPattern& bark, std::uint32_t size)
 
 void drawTornPatches(BarkPattern& bark, std::uint32_t size)
 {
-    const TileFractal ragged(9, 34, 3, 97);
+    const TileFractal ragged(11, 70, 4, 97);
     const TileNoise fibres(24, 150, 98);
     for (std::uint32_t i = 0; i < 7; ++i)
     {
         const Feature patch(92, i);
         const Vec2 middle(patch.draw(0, 1, 0), (static_cast<float>(i) + patch.draw(0.1, 0.9, 1)) / 7);
-        const Vec2 half(patch.draw(0.06, 0.19, 2), patch.draw(0.010, 0.028, 3));
-        const float warm = patch.draw(0.35, 0.9, 4);
+        const Vec2 half(patch.draw(0.08, 0.24, 2), patch.draw(0.014, 0.04, 3));
+        const float warm = patch.draw(0.25, 0.8, 4);
         forEachTexelRound(size, middle, half, [&](std::size_t texel, Vec2 local) {
             const Vec2 uv(middle.x + local.x * half.x, middle.y + local.y * half.y);
-            const float inside = 0.75f - std::abs(local.y) - 0.75f * local.x * local.x + 0.45f * ragged.at(uv);
-            const float torn = smoothStep(0, 0.09f, inside);
-            const float curl = smoothStep(-0.18f, -0.02f, inside) * (1 - smoothStep(-0.02f, 0.05f, inside));
-            const Vec3 beneath = Vec3(0.80f, 0.60f, 0.45f) * (0.95f + 0.14f * fibres.at(uv));
+            const float fading = std::max(0.f, 1 - local.x * local.x - local.y * local.y);
+            const float inside = 0.42f - 0.8f * std::abs(local.y) - 0.6f * local.x * local.x + 0.62f * ragged.at(uv);
+            const float torn = smoothStep(0, 0.12f, inside) * std::min(1.f, 3 * fading);
+            const float curl =
+                smoothStep(-0.3f, -0.02f, inside) * (1 - smoothStep(-0.02f, 0.08f, inside)) * std::min(1.f, 3 * fading);
+            const Vec3 beneath = Vec3(0.82f, 0.63f, 0.49f) * (0.95f + 0.16f * fibres.at(uv));
             bark.colour[texel] = mixed(bark.colour[texel], beneath, warm * torn);
-            bark.colour[texel] = mixed(bark.colour[texel], Vec3(1.0f, 0.97f, 0.93f), 0.6f * curl);
+            bark.colour[texel] = mixed(bark.colour[texel], Vec3(1.0f, 0.97f, 0.93f), 0.35f * curl);
             // Under the upper edge lies its shadow.
             bark.colour[texel] *=
-                1 - 0.45f * torn * (1 - smoothStep(0.02f, 0.3f, inside)) * (local.y > 0 ? 1.f : 0.35f);
-            bark.height.values[texel] += 0.16f * curl - 0.14f * torn;
+                1 - 0.40f * torn * (1 - smoothStep(0.02f, 0.35f, inside)) * smoothStep(-0.4f, 0.5f, local.y);
+            bark.height.values[texel] += 0.09f * curl - 0.10f * torn;
         });
     }
 }
