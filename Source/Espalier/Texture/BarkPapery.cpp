@@ -127,21 +127,29 @@ BarkPattern paperyBark(std::uint32_t size, std::uint32_t threads)
 
     BarkPattern bark(size);
     bark.shading = 0.6f;
-    forEachTexel(size, threads, [&](std::size_t i, Vec2 uv) {
-        const Vec2 at(uv.x, uv.y + 0.012f * sway.at(uv));
-        const float band = bands.at(at);
-        const float streak = streaks.at(at);
-        const float hair = hairs.at(at);
-        const float dust = chalk.at(uv);
-        const float rough = grain.at(uv);
-        const float line = smoothStep(0.32f, 0.75f, streak) * smoothStep(-0.4f, 0.3f, dust);
-        bark.height.values[i] = 0.5f + 0.07f * band + 0.05f * streak + 0.02f * hair + 0.012f * rough + 0.04f * dust;
-        Vec3 colour = mixed(Vec3(1.0f, 0.965f, 0.92f), Vec3(0.97f, 0.975f, 0.98f), smoothStep(-0.4f, 0.4f, band));
-        colour = mixed(colour, Vec3(0.93f, 0.80f, 0.70f), 0.45f * smoothStep(0.05f, 0.7f, -band - 0.4f * dust));
-        colour = mixed(colour, Vec3(0.68f, 0.67f, 0.65f), 0.55f * smoothStep(0.2f, 0.75f, dust - 0.3f * band));
-        colour *= 0.96f + 0.035f * hair + 0.04f * rough + 0.05f * dust - 0.17f * line;
-        bark.colour[i] = colour;
-        bark.roughness.values[i] = 1 - 0.08f * band + 0.05f * rough + 0.1f * line;
+    forEachBarkRow(size, threads, [&](const BarkRow& row) {
+        const NoiseRow sways(sway, row.v, size);
+        const NoiseRow dusts(chalk, row.v, size);
+        const NoiseRow grains(grain, row.v, size);
+        for (std::uint32_t x = 0; x < size; ++x)
+        {
+            const std::size_t i = row.index(x);
+            const Vec2 uv = row.uv(x);
+            const Vec2 at(uv.x, uv.y + 0.012f * sways[x]);
+            const float band = bands.at(at);
+            const float streak = streaks.at(at);
+            const float hair = hairs.at(at);
+            const float dust = dusts[x];
+            const float rough = grains[x];
+            const float line = smoothStep(0.32f, 0.75f, streak) * smoothStep(-0.4f, 0.3f, dust);
+            bark.height.values[i] = 0.5f + 0.07f * band + 0.05f * streak + 0.02f * hair + 0.012f * rough + 0.04f * dust;
+            Vec3 colour = mixed(Vec3(1.0f, 0.965f, 0.92f), Vec3(0.97f, 0.975f, 0.98f), smoothStep(-0.4f, 0.4f, band));
+            colour = mixed(colour, Vec3(0.93f, 0.80f, 0.70f), 0.45f * smoothStep(0.05f, 0.7f, -band - 0.4f * dust));
+            colour = mixed(colour, Vec3(0.68f, 0.67f, 0.65f), 0.55f * smoothStep(0.2f, 0.75f, dust - 0.3f * band));
+            colour *= 0.96f + 0.035f * hair + 0.04f * rough + 0.05f * dust - 0.17f * line;
+            bark.colour[i] = colour;
+            bark.roughness.values[i] = 1 - 0.08f * band + 0.05f * rough + 0.1f * line;
+        }
     });
     drawTornPatches(bark, size);
     drawPores(bark, size);

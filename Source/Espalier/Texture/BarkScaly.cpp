@@ -63,9 +63,15 @@ BarkPattern scalyBark(std::uint32_t size, std::uint32_t threads)
 
     Field bend(size, size);
     Field bendUp(size, size);
-    forEachTexel(size, threads, [&](std::size_t i, Vec2 uv) {
-        bend.values[i] = 0.42f * wobble.at(uv);
-        bendUp.values[i] = 0.42f * wobble.at({uv.x + 0.5f, uv.y + 0.25f});
+    forEachBarkRow(size, threads, [&](const BarkRow& row) {
+        const NoiseRow wobbles(wobble, row.v, size);
+        const NoiseRow wobblesUp(wobble, row.v + 0.4f, size);
+        for (std::uint32_t x = 0; x < size; ++x)
+        {
+            const std::size_t i = row.index(x);
+            bend.values[i] = 0.42f * wobbles[x];
+            bendUp.values[i] = 0.42f * wobblesUp[x];
+        }
     });
     Flakes flakes{Field(size, size, 0.05f), Field(size, size, 0.5f), Field(size, size, 0.5f)};
     layFlakes(31, 15, 0.80f, {0.10f, 0.45f}, bend, bendUp, flakes);
@@ -74,20 +80,28 @@ BarkPattern scalyBark(std::uint32_t size, std::uint32_t threads)
 
     BarkPattern bark(size);
     bark.shading = 1;
-    forEachTexel(size, threads, [&](std::size_t i, Vec2 uv) {
-        const float rough = grain.at(uv);
-        const float old = weather.at(uv);
-        const float layer = layers.at(uv);
-        const float random = flakes.random.values[i];
-        const float rim = smoothStep(0.55f, 0.98f, flakes.out.values[i]);
-        const float own = random * 7 - std::floor(random * 7);
-        bark.height.values[i] = std::clamp(flakes.level.values[i] + 0.06f * rough + 0.04f * layer, 0.f, 1.f);
-        Vec3 colour = mixed(Vec3(0.72f, 0.55f, 0.44f), Vec3(0.80f, 0.78f, 0.76f), smoothStep(0, 1, own + 0.5f * old));
-        colour *= 0.90f + 0.34f * (random - 0.5f) + 0.22f * rough + 0.14f * old + 0.12f * layer;
-        colour = mixed(colour, Vec3(0.92f, 0.87f, 0.81f) * (1 + 0.2f * rough),
-                       0.40f * rim * smoothStep(-0.4f, 0.4f, layer)); // worn rims
-        bark.colour[i] = colour * (0.55f + 0.7f * flakes.level.values[i]);
-        bark.roughness.values[i] = 1 + 0.06f * rough - 0.05f * rim;
+    forEachBarkRow(size, threads, [&](const BarkRow& row) {
+        const NoiseRow grains(grain, row.v, size);
+        const NoiseRow weathers(weather, row.v, size);
+        const NoiseRow layerRow(layers, row.v, size);
+        for (std::uint32_t x = 0; x < size; ++x)
+        {
+            const std::size_t i = row.index(x);
+            const float rough = grains[x];
+            const float old = weathers[x];
+            const float layer = layerRow[x];
+            const float random = flakes.random.values[i];
+            const float rim = smoothStep(0.55f, 0.98f, flakes.out.values[i]);
+            const float own = random * 7 - std::floor(random * 7);
+            bark.height.values[i] = std::clamp(flakes.level.values[i] + 0.06f * rough + 0.04f * layer, 0.f, 1.f);
+            Vec3 colour =
+                mixed(Vec3(0.72f, 0.55f, 0.44f), Vec3(0.80f, 0.78f, 0.76f), smoothStep(0, 1, own + 0.5f * old));
+            colour *= 0.90f + 0.34f * (random - 0.5f) + 0.22f * rough + 0.14f * old + 0.12f * layer;
+            colour = mixed(colour, Vec3(0.92f, 0.87f, 0.81f) * (1 + 0.2f * rough),
+                           0.40f * rim * smoothStep(-0.4f, 0.4f, layer)); // worn rims
+            bark.colour[i] = colour * (0.55f + 0.7f * flakes.level.values[i]);
+            bark.roughness.values[i] = 1 + 0.06f * rough - 0.05f * rim;
+        }
     });
     return bark;
 }

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace espalier {
@@ -60,6 +61,9 @@ public:
         return bottom + (top - bottom) * sy;
     }
 
+    /// Adds strength times the noise at v and at the middles of texels that cut one repeat.
+    void addRow(float v, float strength, std::span<float> texels) const;
+
 private:
     static float eased(float t) noexcept { return t * t * t * (t * (t * 6 - 15) + 10); }
 
@@ -86,9 +90,35 @@ public:
         return sum;
     }
 
+    void addRow(float v, float strength, std::span<float> texels) const
+    {
+        strength *= strongest_;
+        for (const TileNoise& octave : octaves_)
+        {
+            octave.addRow(v, strength, texels);
+            strength *= 0.5f;
+        }
+    }
+
 private:
     float strongest_; ///< So that the strengths add up to 1.25: octaves seldom peak together.
     std::vector<TileNoise> octaves_;
+};
+
+/// Noise at v and at the middles of `count` texels that cut one repeat: much faster than one by one.
+class NoiseRow
+{
+public:
+    template <class Noise>
+    NoiseRow(const Noise& noise, float v, std::uint32_t count) : values_(count)
+    {
+        noise.addRow(v, 1, values_);
+    }
+
+    [[nodiscard]] float operator[](std::size_t texel) const noexcept { return values_[texel]; }
+
+private:
+    std::vector<float> values_;
 };
 
 /// Irregular cells round jittered points of a lattice (Worley 1996), which repeat after 1 in both directions.
