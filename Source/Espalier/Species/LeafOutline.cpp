@@ -180,7 +180,7 @@ float halfWidthOf(LeafShape shape, float along) noexcept
     case LeafShape::Linear:
         return std::min({1.f, along / 0.06f, (1 - along) / 0.55f});
     case LeafShape::Needle:
-        return std::min({1.f, 0.5f + along / 0.1f, (1 - along) / 0.2f});
+        return std::min({1.f, 0.5f + along / 0.1f, std::sqrt((1 - along) / 0.3f)});
     case LeafShape::Blossom:
         return arc(along, 0.9, 0.4);
     }
@@ -235,7 +235,7 @@ std::optional<SurfacePoint> LeafSurface::at(Vec2 uv) const noexcept
     if (shootWidth_ > 0 && point.y <= shootEnd_)
     {
         const float along = point.y / shootEnd_;
-        const float half = shootWidth_ * (1 - 0.5f * along);
+        const float half = shootWidth_ * (1 - 0.65f * along);
         if (std::abs(point.x) <= half)
             return SurfacePoint{SurfacePoint::kShoot, along, point.x / half};
     }

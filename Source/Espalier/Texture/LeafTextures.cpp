@@ -122,6 +122,7 @@ public:
             placed.length = std::sqrt(placed.way.x * placed.way.x + placed.way.y * placed.way.y);
             placed.blade = placed.length * (1 - one.stalk);
             placed.halfWidth = one.halfWidth;
+            placed.lines = surface.leaves().size() > 1 ? 2.f : 5.f;
             const float lightness = static_cast<float>(key.child(i).uniform(Purpose::Sampling, 0)) - 0.5f;
             const float warmth = static_cast<float>(key.child(i).uniform(Purpose::Sampling, 1)) - 0.5f;
             if (surface.leaves().size() > 1)
@@ -149,7 +150,7 @@ public:
             paint = needle(point, one);
             break;
         case LeafShape::Blossom:
-            paint = petal(point, one);
+            paint = petal(point, aside, one);
             break;
         default:
             paint = blade(point, aside, one, veins_[point.leaf]);
@@ -166,6 +167,7 @@ private:
         float length = 1;
         float blade = 1; ///< Its length without the stalk.
         float halfWidth = 0.5f;
+        float lines = 5; ///< Between midrib and margin of a strip; more would blur on the small leaves of a spray.
         Vec3 tint{1};
         Vec2 noise{0}; ///< Where in the noise it lies, so that no two are alike.
     };
@@ -193,22 +195,25 @@ private:
         const float margin = point.across * point.across;
         const bool strip = leaf_.shape == LeafShape::Linear;
 
-        float light = 1 + 0.12f * mottle + 0.05f * rough + 0.06f * (cell.random - 0.5f);
+        float light = 1 + 0.18f * mottle + 0.06f * rough + 0.10f * (cell.random - 0.5f);
         light *= 1 + 0.14f * smoothStep(0.75f, 1, std::abs(point.across)) + 0.05f * margin;
         light *= 1 - 0.30f * smoothStep(0.75f, 0, point.along) * smoothStep(0.8f, 0, std::abs(point.across));
         light *= 0.94f + 0.9f * vein.bulge;
         Vec3 colour = leaf_.colour * light;
+        colour *=
+            mixed(Vec3(1), Vec3(1.14f, 1.03f, 0.75f), 0.6f * margin * margin + 0.25f * mottle); // yellower outwards
         const Vec3 pale = mixed(leaf_.colour * Vec3(1.55f, 1.4f, 1.5f), Vec3(0.32f, 0.36f, 0.14f), 0.2f);
         float height = 0.028f * vein.bulge + 0.0003f * (1 - net) + 0.0006f * rough;
         if (strip)
         {
-            const float lines = std::abs(std::fmod(6 * std::abs(point.across) + 0.5f, 1.f) - 0.5f) * 2; // 1 between two
+            const float lines =
+                std::abs(std::fmod(one.lines * std::abs(point.across) + 0.5f, 1.f) - 0.5f) * 2; // 1 between two
             const float fade = 0.5f + 0.5f * mottle;
             colour = mixed(colour, pale, 0.22f * (1 - lines) * fade);
-            height += 0.0025f * lines;
+            height += 0.08f * one.halfWidth / one.blade * lines / one.lines;
         }
         else
-            colour = mixed(colour, pale, 0.16f * net * (1 - vein.rib));
+            colour = mixed(colour, pale, 0.20f * net * (1 - vein.rib));
         colour = mixed(colour, pale, 0.85f * vein.rib);
         height += 0.6f * vein.ridge;
         return {colour, height * one.blade, 1 + 0.06f * rough + 0.1f * vein.rib - 0.3f * vein.bulge};
@@ -229,16 +234,17 @@ private:
         return {colour, one.halfWidth * (0.45f * round + 0.12f * smoothStep(0.2f, 0, across)), 1 - 0.1f * round};
     }
 
-    [[nodiscard]] Paint petal(const SurfacePoint& point, const Placed& one) const
+    [[nodiscard]] Paint petal(const SurfacePoint& point, float aside, const Placed& one) const
     {
         const Vec2 on(one.noise.x + 0.25f * point.across, one.noise.y + 0.25f * point.along);
-        const float rays = rays_.at({one.noise.x + 0.4f * point.across, one.noise.y + 0.3f * point.along});
+        const float rays =
+            rays_.at({one.noise.x + 0.32f * aside / (0.2f + point.along), one.noise.y + 0.3f * point.along});
         const float tip = smoothStep(0.1f, 0.95f, point.along);
         Vec3 colour = mixed(leaf_.colour * Vec3(0.86f, 0.62f, 0.68f), mixed(leaf_.colour, Vec3(1), 0.45f), tip);
         colour *= 1 + 0.05f * mottling_.at(on) - 0.10f * smoothStep(0.1f, 0.6f, rays) * (1 - 0.6f * tip);
         colour *= 1 - 0.10f * smoothStep(0.25f, 0, std::abs(point.across)) * (1 - tip);
         const float cup = 0.05f * (1 - point.across * point.across) - 0.08f * smoothStep(0.6f, 1, point.along);
-        return {colour, one.blade * (0.003f * rays - cup * 0.6f), 1 - 0.05f * rays};
+        return {colour, one.blade * (0.0022f * rays - cup * 0.6f), 1 - 0.05f * rays};
     }
 
     [[nodiscard]] Paint heart(const SurfacePoint& point, Vec2 uv) const
@@ -350,7 +356,9 @@ std::vector<float> underLeaves(const Drawing& drawing, std::size_t leaves)
         return open;
     Field level(drawing.width, drawing.height);
     for (std::size_t i = 0; i < open.size(); ++i)
-        if (drawing.points[i].leaf < leaves)
+        if (drawing.points[i].leaf == SurfacePoint::kShoot)
+            level.values[i] = 0.6f;
+        else if (drawing.points[i].leaf < leaves)
             level.values[i] = 1 - 0.5f * static_cast<float>(drawing.points[i].leaf) / static_cast<float>(leaves);
     const std::uint32_t radius = std::max(1u, std::min(drawing.height / 48, (drawing.width - 1) / 2));
     const Field round = blurred(level, radius);

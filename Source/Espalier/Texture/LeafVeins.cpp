@@ -20,7 +20,7 @@ Venation venationOf(LeafShape shape)
     switch (shape)
     {
     case LeafShape::Ovate:
-        return {7, 0.95f, 0.55f, 0.012f};
+        return {8, 0.95f, 0.55f, 0.012f};
     case LeafShape::Lobed:
         return {6, 0.55f, 0.6f, 0.013f};
     case LeafShape::Deltoid:
@@ -64,7 +64,8 @@ LeafVeins::LeafVeins(LeafShape shape, float halfWidth)
                 vein.to += kStep;
                 vein.reach += kStep / venation.rise;
             }
-            half->push_back(vein);
+            if (vein.reach > 0)
+                half->push_back(vein);
         }
     if (shape == LeafShape::Lobed)
     {
@@ -98,8 +99,6 @@ LeafVeins::Sample LeafVeins::at(float along, float aside) const noexcept
     {
         // They bend towards the tip on their way.
         const float s = x / vein.reach;
-        if (vein.reach <= 0 || s > 1.1f)
-            continue;
         const float rise = vein.to - vein.from;
         const float at = vein.from + rise * s * (0.8f + 0.2f * s);
         const float slope = rise / vein.reach;

@@ -71,18 +71,20 @@ TileFractal::TileFractal(std::uint32_t columns, std::uint32_t rows, std::uint32_
 }
 
 TileCells::TileCells(std::uint32_t columns, std::uint32_t rows, float jitter, std::uint64_t seed)
-    : columns_(columns), rows_(rows), points_(std::size_t{columns} * rows)
+    : columns_(columns), rows_(rows), points_(std::size_t{columns + 2} * (rows + 2))
 {
     const RandomKey key(Seed{seed});
-    for (std::size_t i = 0; i < points_.size(); ++i)
-    {
-        const RandomKey own = key.child(i);
-        const double x = own.uniform(Purpose::Sampling, 0);
-        const double y = own.uniform(Purpose::Sampling, 1);
-        points_[i].middle = {static_cast<float>(0.5 + jitter * (x - 0.5)),
-                             static_cast<float>(0.5 + jitter * (y - 0.5))};
-        points_[i].random = static_cast<float>(own.uniform(Purpose::Sampling, 2));
-    }
+    for (std::uint32_t row = 0; row < rows + 2; ++row)
+        for (std::uint32_t column = 0; column < columns + 2; ++column)
+        {
+            const std::uint32_t cell = (row + rows - 1) % rows * columns + (column + columns - 1) % columns;
+            const RandomKey own = key.child(cell);
+            const double x = 0.5 + static_cast<double>(jitter) * (own.uniform(Purpose::Sampling, 0) - 0.5);
+            const double y = 0.5 + static_cast<double>(jitter) * (own.uniform(Purpose::Sampling, 1) - 0.5);
+            Point& point = points_[std::size_t{row} * (columns + 2) + column];
+            point.middle = {static_cast<float>(x), static_cast<float>(y)};
+            point.random = static_cast<float>(own.uniform(Purpose::Sampling, 2));
+        }
 }
 
 } // namespace espalier

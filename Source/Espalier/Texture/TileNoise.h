@@ -132,7 +132,6 @@ public:
     /// A cell and its borders as seen from one point.
     struct Cell
     {
-        std::uint32_t index;
         Vec2 fromMiddle; ///< In lattice cells.
         float random;    ///< [0, 1), the cell's own.
     };
@@ -145,54 +144,40 @@ public:
     {
         const CellPlace x = cellPlace(uv.x, columns_);
         const CellPlace y = cellPlace(uv.y, rows_);
+        const std::size_t stride = columns_ + 2;
+        const Point* const around = points_.data() + y.cell * stride + x.cell; // the one to the lower left
         std::array<Vec2, 9> away;
-        std::array<std::uint32_t, 9> index;
         std::array<float, 9> squared;
         std::size_t nearest = 0;
-        std::size_t count = 0;
-        for (std::uint32_t dy = 0; dy < 3; ++dy)
+        for (std::size_t i = 0; i < 9; ++i)
         {
-            std::uint32_t row = y.cell + rows_ + dy - 1;
-            row = row >= 2 * rows_ ? row - 2 * rows_ : row >= rows_ ? row - rows_ : row;
-            for (std::uint32_t dx = 0; dx < 3; ++dx, ++count)
-            {
-                std::uint32_t column = x.cell + columns_ + dx - 1;
-                column = column >= 2 * columns_ ? column - 2 * columns_
-                         : column >= columns_   ? column - columns_
-                                                : column;
-                const std::uint32_t cell = row * columns_ + column;
-                const Vec2 point = points_[cell].middle;
-                const Vec2 to(point.x + static_cast<float>(dx) - 1 - x.inside,
-                              point.y + static_cast<float>(dy) - 1 - y.inside);
-                away[count] = to;
-                index[count] = cell;
-                squared[count] = to.x * to.x + to.y * to.y;
-                if (squared[count] < squared[nearest])
-                    nearest = count;
-            }
+            const Vec2 middle = around[i / 3 * stride + i % 3].middle;
+            away[i] = {middle.x + static_cast<float>(i % 3) - 1 - x.inside,
+                       middle.y + static_cast<float>(i / 3) - 1 - y.inside};
+            squared[i] = away[i].x * away[i].x + away[i].y * away[i].y;
+            if (squared[i] < squared[nearest])
+                nearest = i;
         }
-        const PointOfCell& own = points_[index[nearest]];
         const auto across = static_cast<float>(columns_);
         const auto up = static_cast<float>(rows_);
-        for (std::size_t i = 0; i < count; ++i)
+        const float own = around[nearest / 3 * stride + nearest % 3].random;
+        for (std::size_t i = 0; i < 9; ++i)
         {
-            if (i == nearest)
-                continue;
             const float lead = 0.5f * (squared[i] - squared[nearest]);
             const float nx = (away[i].x - away[nearest].x) * across;
             const float ny = (away[i].y - away[nearest].y) * up;
             const float steepSquared = nx * nx + ny * ny;
-            if (lead * lead >= reach * reach * steepSquared)
+            if (lead * lead >= reach * reach * steepSquared) // also the nearest itself
                 continue;
             const float steep = std::sqrt(steepSquared);
-            const float both = own.random + points_[index[i]].random;
+            const float both = own + around[i / 3 * stride + i % 3].random;
             border(lead / steep, std::abs(nx) / steep, both >= 1 ? both - 1 : both);
         }
-        return {index[nearest], {-away[nearest].x, -away[nearest].y}, own.random};
+        return {{-away[nearest].x, -away[nearest].y}, own};
     }
 
 private:
-    struct PointOfCell
+    struct Point
     {
         Vec2 middle; ///< In its lattice cell, [0, 1].
         float random;
@@ -200,7 +185,7 @@ private:
 
     std::uint32_t columns_;
     std::uint32_t rows_;
-    std::vector<PointOfCell> points_;
+    std::vector<Point> points_; ///< With a frame of one more on each side, from the other side.
 };
 
 } // namespace espalier
