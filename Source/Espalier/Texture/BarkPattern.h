@@ -29,15 +29,26 @@ struct BarkPattern
 [[nodiscard]] BarkPattern ringedBark(std::uint32_t size, std::uint32_t threads);
 [[nodiscard]] BarkPattern smoothBark(std::uint32_t size, std::uint32_t threads);
 
-/// Calls texel(x, y) -> (index, uv) for each texel of the row.
-template <class Texel>
-void forEachTexel(std::uint32_t size, std::uint32_t threads, const Texel& texel)
+/// A row of texels of a square tile.
+struct BarkRow
 {
-    const float step = 1.f / static_cast<float>(size);
+    std::uint32_t size;
+    std::uint32_t y; ///< From the top.
+    float v;         ///< From the foot, at the middles of its texels.
+
+    [[nodiscard]] std::size_t index(std::uint32_t x) const noexcept { return std::size_t{y} * size + x; }
+    [[nodiscard]] Vec2 uv(std::uint32_t x) const noexcept
+    {
+        return {(static_cast<float>(x) + 0.5f) / static_cast<float>(size), v};
+    }
+};
+
+/// Calls draw(row) for each row of a tile of `size` texels square, on several threads.
+template <class Draw>
+void forEachBarkRow(std::uint32_t size, std::uint32_t threads, const Draw& draw)
+{
     forEachRow(size, threads, [&](std::uint32_t y) {
-        const float v = 1 - (static_cast<float>(y) + 0.5f) * step;
-        for (std::uint32_t x = 0; x < size; ++x)
-            texel(std::size_t{y} * size + x, Vec2((static_cast<float>(x) + 0.5f) * step, v));
+        draw(BarkRow{size, y, 1 - (static_cast<float>(y) + 0.5f) / static_cast<float>(size)});
     });
 }
 

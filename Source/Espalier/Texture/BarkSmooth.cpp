@@ -18,26 +18,37 @@ BarkPattern smoothBark(std::uint32_t size, std::uint32_t threads)
 
     BarkPattern bark(size);
     bark.shading = 0.5f;
-    forEachTexel(size, threads, [&](std::size_t i, Vec2 uv) {
-        const Vec2 at(uv.x, uv.y + 0.02f * wander.at(uv));
-        const float broad = swelling.at(uv);
-        const float folds = wrinkles.at(at);
-        const float fine = creases.at(at);
-        const float rough = grain.at(uv);
-        const float wrinkle = 1 - smoothStep(0, 0.22f, std::abs(folds + 0.2f * fine));
-        const float where = smoothStep(-0.3f, 0.5f, broad);
-        const float height =
-            0.62f + 0.25f * broad + 0.05f * folds - 0.13f * wrinkle * where - 0.04f * std::abs(fine) + 0.025f * rough;
-        bark.height.values[i] = std::clamp(height, 0.f, 1.f);
+    forEachBarkRow(size, threads, [&](const BarkRow& row) {
+        const NoiseRow wanders(wander, row.v, size);
+        const NoiseRow swellings(swelling, row.v, size);
+        const NoiseRow grains(grain, row.v, size);
+        const NoiseRow stainRow(stains, row.v, size);
+        const NoiseRow patchRow(patches, row.v, size);
+        for (std::uint32_t x = 0; x < size; ++x)
+        {
+            const std::size_t i = row.index(x);
+            const Vec2 uv = row.uv(x);
+            const Vec2 at(uv.x, uv.y + 0.02f * wanders[x]);
+            const float broad = swellings[x];
+            const float folds = wrinkles.at(at);
+            const float fine = creases.at(at);
+            const float rough = grains[x];
+            const float wrinkle = 1 - smoothStep(0, 0.22f, std::abs(folds + 0.2f * fine));
+            const float where = smoothStep(-0.3f, 0.5f, broad);
+            const float height = 0.62f + 0.25f * broad + 0.05f * folds - 0.13f * wrinkle * where -
+                                 0.04f * std::abs(fine) + 0.025f * rough;
+            bark.height.values[i] = std::clamp(height, 0.f, 1.f);
 
-        const float patch = patches.at(uv);
-        const float stain = stains.at({uv.x, uv.y + 0.3f});
-        Vec3 colour(0.78f, 0.775f, 0.75f);
-        colour = mixed(colour, Vec3(0.90f, 0.93f, 0.90f), 0.8f * smoothStep(0.12f, 0.22f, patch)); // crusts of lichen
-        colour = mixed(colour, Vec3(0.60f, 0.66f, 0.54f), 0.6f * smoothStep(0.05f, 0.6f, -patch + 0.3f * stain));
-        colour *= 1 + 0.13f * stain + 0.07f * rough + 0.05f * fine - 0.22f * wrinkle * where;
-        bark.colour[i] = colour;
-        bark.roughness.values[i] = 1 + 0.08f * smoothStep(0.1f, 0.25f, patch) + 0.05f * rough;
+            const float patch = patchRow[x];
+            const float stain = stainRow[x];
+            Vec3 colour(0.78f, 0.775f, 0.75f);
+            colour =
+                mixed(colour, Vec3(0.90f, 0.93f, 0.90f), 0.8f * smoothStep(0.12f, 0.22f, patch)); // crusts of lichen
+            colour = mixed(colour, Vec3(0.60f, 0.66f, 0.54f), 0.6f * smoothStep(0.05f, 0.6f, -patch + 0.3f * stain));
+            colour *= 1 + 0.13f * stain + 0.07f * rough + 0.05f * fine - 0.22f * wrinkle * where;
+            bark.colour[i] = colour;
+            bark.roughness.values[i] = 1 + 0.08f * smoothStep(0.1f, 0.25f, patch) + 0.05f * rough;
+        }
     });
 
     const RandomKey key(Seed{58});
