@@ -3,6 +3,7 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Random.h>
 #include <Espalier/Mesh/RingFrames.h>
+#include <Espalier/Species/LeafOutline.h>
 #include <algorithm>
 #include <cmath>
 
@@ -20,6 +21,9 @@ constexpr double kGoldenAngle = 137.50776405003785;
 
 /// Metres. A shorter step has no direction.
 constexpr float kSmallestStep = 1e-6f;
+
+/// The square of the sine of the angle to the sky below which a direction has no left of its own.
+constexpr float kUpright = 1e-4f;
 
 /// As smooth as the tubes, turn by turn (TubeSettings::maxRingAngle).
 constexpr double kMaxTurn = 0.26;
@@ -40,27 +44,6 @@ constexpr float kWholeCrown = 0.6f;
 float clamped(float value, float low, float high)
 {
     return value > low ? std::min(value, high) : low;
-}
-
-LeafAppearance clamped(LeafAppearance kind)
-{
-    constexpr auto kPi = static_cast<float>(math::kPi);
-    kind.thickestWood = clamped(kind.thickestWood, 0, 10);
-    kind.spacing = clamped(kind.spacing, 0.001f, 100);
-    kind.perNode = std::clamp(kind.perNode, 1u, 16u);
-    kind.density = clamped(kind.density, 0, 1);
-    kind.shade = clamped(kind.shade, 0, 1);
-    kind.angle = clamped(kind.angle, 0, kPi);
-    kind.angleSpread = clamped(kind.angleSpread, 0, kPi);
-    kind.droop = clamped(kind.droop, 0, 1);
-    kind.facing = clamped(kind.facing, 0, 1);
-    kind.length = clamped(kind.length, 0.001f, 20);
-    kind.lengthSpread = clamped(kind.lengthSpread, 0, 1);
-    kind.taper = clamped(kind.taper, 0, 1);
-    kind.width = clamped(kind.width, 0.01f, 4);
-    kind.stalk = clamped(kind.stalk, 0, 0.9f);
-    kind.colourSpread = clamped(kind.colourSpread, 0, 1);
-    return kind;
 }
 
 bool isWithin(const Skeleton& skeleton, float limit)
@@ -212,12 +195,18 @@ private:
         }
         sampleAxis(start, rounding_, scratch_.joints, scratch_.points);
 
-        // It begins with its left side as seen by somebody who looks down on it, so that two ranks lie flat.
+        // It begins with its left side as seen by somebody who looks down on it, so that two ranks lie flat. Upright
+        // there, it takes the side that it has further on.
         const std::vector<CurvePoint>& points = scratch_.points;
-        const Vec3 flat = glm::cross(Vec3(0, 1, 0), points[0].tangent);
-        const bool isUpright = glm::dot(flat, flat) < 1e-4f;
+        const Vec3 sky(0, 1, 0);
+        const Vec3 reach = points.back().position - points[0].position;
+        Vec3 side = skeleton_.lefts[segment];
+        if (const Vec3 flat = glm::cross(sky, points[0].tangent); glm::dot(flat, flat) > kUpright)
+            side = flat;
+        else if (const Vec3 bent = glm::cross(sky, directionOr(reach, sky)); glm::dot(bent, bent) > kUpright)
+            side = bent;
         scratch_.sides.resize(points.size());
-        scratch_.sides[0] = sideNormalTo(points[0].tangent, isUpright ? skeleton_.lefts[segment] : flat);
+        scratch_.sides[0] = sideNormalTo(points[0].tangent, side);
         for (std::size_t i = 1; i < points.size(); ++i)
             scratch_.sides[i] = transportSide(scratch_.sides[i - 1], points[i - 1].position, points[i - 1].tangent,
                                               points[i].position, points[i].tangent);
@@ -230,7 +219,7 @@ private:
         const RandomKey shoot = RandomKey(kLeaves).child(segment);
         for (std::uint32_t k = 0; k < kinds_.size(); ++k)
         {
-            const MeshResult result = placeKind(clamped(kinds_[k]), k, base, shoot.child(k));
+            const MeshResult result = placeKind(withinRanges(kinds_[k]), k, base, shoot.child(k));
             if (result != MeshResult::Ok)
                 return result;
         }
@@ -371,13 +360,26 @@ Vec3 middleOf(const PlacedLeaf& leaf)
     return leaf.foot + 0.5f * leaf.length * leaf.heading;
 }
 
-/// Square metres that one leaf of the kind takes light from, in squares of its length.
-float areaOf(const LeafAppearance& kind)
+float coverOf(const LeafAppearance& kind, std::vector<FoliageScratch::Cover>& known)
 {
-    constexpr float kCovered = 0.5f; // of its surface
+    for (const FoliageScratch::Cover& cover : known)
+        if (cover.kind == kind)
+            return cover.share;
+    constexpr std::size_t kMostKnown = 64; // all the seasons of a few species
+    if (known.size() == kMostKnown)
+        known.clear();
+    known.reserve(kMostKnown);
+    known.push_back({kind, LeafSurface(kind).coverage()});
+    return known.back().share;
+}
+
+/// Square metres that one leaf of the kind takes light from, in squares of its length.
+float areaOf(const LeafAppearance& kind, std::vector<FoliageScratch::Cover>& known)
+{
     if (kind.form == LeafForm::Ball)
         return static_cast<float>(math::kPi) / 4 * (1 - kind.stalk) * (1 - kind.stalk);
-    return (kind.form == LeafForm::Crossed ? 1.5f : 1.f) * kCovered * kind.width;
+    const float surfaces = kind.form == LeafForm::Crossed ? 2 : 1;
+    return surfaces * coverOf(kind, known) * kind.width;
 }
 
 /// The crown as an ellipsoid: its middle, and one over the squares of its half axes, up to a factor.
@@ -417,7 +419,7 @@ void settle(std::span<const LeafAppearance> kinds, FoliageScratch& scratch, Foli
 {
     std::array<float, kMaxLeafKinds> areas{};
     for (std::size_t k = 0; k < kinds.size(); ++k)
-        areas[k] = areaOf(clamped(kinds[k]));
+        areas[k] = areaOf(withinRanges(kinds[k]), scratch.covers);
     scratch.shaders.clear();
     for (const FoliageScratch::Candidate& candidate : scratch.candidates)
     {
@@ -456,6 +458,32 @@ void settle(std::span<const LeafAppearance> kinds, FoliageScratch& scratch, Foli
 }
 
 } // namespace
+
+LeafAppearance withinRanges(const LeafAppearance& kind) noexcept
+{
+    constexpr auto kPi = static_cast<float>(math::kPi);
+    LeafAppearance leaf = kind;
+    leaf.thickestWood = clamped(kind.thickestWood, 0, 10);
+    leaf.spacing = clamped(kind.spacing, 0.001f, 100);
+    leaf.perNode = std::clamp(kind.perNode, 1u, 16u);
+    leaf.density = clamped(kind.density, 0, 1);
+    leaf.shade = clamped(kind.shade, 0, 1);
+    leaf.angle = clamped(kind.angle, 0, kPi);
+    leaf.angleSpread = clamped(kind.angleSpread, 0, kPi);
+    leaf.droop = clamped(kind.droop, 0, 1);
+    leaf.facing = clamped(kind.facing, 0, 1);
+    leaf.length = clamped(kind.length, 0.001f, 20);
+    leaf.lengthSpread = clamped(kind.lengthSpread, 0, 1);
+    leaf.taper = clamped(kind.taper, 0, 1);
+    leaf.width = clamped(kind.width, 0.01f, 4);
+    leaf.stalk = clamped(kind.stalk, 0, 0.9f);
+    leaf.fold = clamped(kind.fold, 0, 1.5f);
+    leaf.arch = clamped(kind.arch, -0.5f, 0.5f);
+    leaf.leaves = std::clamp(kind.leaves, 1u, 64u);
+    leaf.colourSpread = clamped(kind.colourSpread, 0, 1);
+    leaf.crownNormals = clamped(kind.crownNormals, 0, 1);
+    return leaf;
+}
 
 void Foliage::clear() noexcept
 {

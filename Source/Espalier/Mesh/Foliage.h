@@ -49,6 +49,13 @@ struct FoliageScratch
         std::uint32_t kind = 0;
         float lot = 0; ///< It stays where at least this share of places bears a leaf.
     };
+    /// How much of its surface a kind met before covers: looking takes longer than placing a few hundred.
+    struct Cover
+    {
+        LeafAppearance kind;
+        float share = 1;
+    };
+    std::vector<Cover> covers;
     std::vector<AxisJoint> joints;
     std::vector<CurvePoint> points;
     std::vector<Vec3> sides; ///< Of each point: across the shoot, without twist.
@@ -56,6 +63,9 @@ struct FoliageScratch
     std::vector<Shader> shaders;
     FoliageLight light;
 };
+
+/// The kind with every number that is out of its range at the nearest that is not; NaN at the least.
+[[nodiscard]] LeafAppearance withinRanges(const LeafAppearance& kind) noexcept;
 
 /// Finds the place of every leaf that `kinds` tell of; of more than kMaxLeafKinds the first ones.
 ///

@@ -49,20 +49,19 @@ const LeafReach& reachOf(const LeafAppearance& kind, std::vector<LeafReach>& kno
     known.reserve(kMostKnown);
     LeafReach reach{.kind = kind};
     const LeafSurface surface(kind);
-    constexpr int kFiner = 2; // rows looked at for one
+    constexpr int kFiner = 6; // rows looked at for one, with those on its edges
     constexpr int kColumns = 48;
     for (std::size_t row = 0; row < LeafReach::kRows; ++row)
-        for (int part = 0; part < kFiner; ++part)
-            for (int i = kColumns; i > 0; --i)
-            {
-                const float across = static_cast<float>(i) / kColumns;
-                const float v = (static_cast<float>(row) + (static_cast<float>(part) + 0.5f) / kFiner) /
-                                static_cast<float>(LeafReach::kRows);
-                if (!surface.at({0.5f + 0.499f * across, v}) && !surface.at({0.5f - 0.499f * across, v}))
-                    continue;
-                reach.halfWidths[row] = std::max(reach.halfWidths[row], across);
-                break;
-            }
+        for (int part = 0; part <= kFiner; ++part)
+        {
+            const float v = (static_cast<float>(row) + static_cast<float>(part) / kFiner) / LeafReach::kRows;
+            const auto isDrawn = [&](float across) {
+                return surface.at({0.5f + 0.5f * across, v}) || surface.at({0.5f - 0.5f * across, v});
+            };
+            for (int i = kColumns; i > 0 && static_cast<float>(i) / kColumns > reach.halfWidths[row]; --i)
+                if (isDrawn((static_cast<float>(i) - 0.5f) / kColumns))
+                    reach.halfWidths[row] = static_cast<float>(i) / kColumns;
+        }
     known.push_back(reach);
     return known.back();
 }
@@ -173,10 +172,10 @@ constexpr Vec3 kUp{0, 0, 1};
 
 void layBlade(const LeafAppearance& kind, const Hexagon& hexagon, float bend, float longest, LeafPattern& pattern)
 {
-    const float fold = clamped(kind.fold, 0, kMostFold);
-    const float arch = clamped(kind.arch, -kMostArch, kMostArch);
+    const float fold = std::min(kind.fold, kMostFold);
+    const float arch = std::clamp(kind.arch, -kMostArch, kMostArch);
     const math::SinCos rise = math::sinCos(static_cast<double>(fold));
-    const float halfWidth = 0.5f * clamped(kind.width, 0.01f, 4);
+    const float halfWidth = 0.5f * kind.width;
     const bool isFolded = static_cast<float>(rise.sin) * halfWidth * longest > bend;
     const bool isArched = std::abs(arch) * longest > bend;
 
@@ -233,7 +232,7 @@ void layQuad(const Vec3& across, const Vec3& facing, float halfWidth, float half
 
 void layCrossed(const LeafAppearance& kind, const Hexagon& hexagon, float bend, float longest, LeafPattern& pattern)
 {
-    const float halfWidth = 0.5f * clamped(kind.width, 0.01f, 4);
+    const float halfWidth = 0.5f * kind.width;
     PatternMaker maker(pattern);
     layQuad(kRight, kUp, halfWidth, hexagon.widest, maker);
     // One plane does where the other would stand out less than can be seen; it is the wider then.
@@ -244,7 +243,7 @@ void layCrossed(const LeafAppearance& kind, const Hexagon& hexagon, float bend, 
 
 void layBall(const LeafAppearance& kind, float bend, float longest, LeafPattern& pattern)
 {
-    const float stalk = clamped(kind.stalk, 0, 0.9f);
+    const float stalk = kind.stalk;
     const float radius = 0.5f * (1 - stalk);
     const float sides =
         std::ceil(static_cast<float>(math::kPi) * std::sqrt(radius * longest / (2 * std::max(bend, 1e-6f))));
@@ -268,10 +267,11 @@ void layBall(const LeafAppearance& kind, float bend, float longest, LeafPattern&
     });
 }
 
-void layPattern(const LeafAppearance& kind, float bend, LeafScratch& scratch, LeafPattern& pattern)
+void layPattern(const LeafAppearance& wanted, float bend, LeafScratch& scratch, LeafPattern& pattern)
 {
-    const float longest = clamped(kind.length, 0.001f, 20) * (1 + clamped(kind.lengthSpread, 0, 1));
-    pattern.bends = kind.form == LeafForm::Ball ? 0 : clamped(kind.crownNormals, 0, 1);
+    const LeafAppearance kind = withinRanges(wanted);
+    const float longest = kind.length * (1 + kind.lengthSpread);
+    pattern.bends = kind.form == LeafForm::Ball ? 0 : kind.crownNormals;
     if (kind.form == LeafForm::Ball)
     {
         layBall(kind, bend, longest, pattern);
@@ -311,8 +311,8 @@ private:
 class LeafWriter
 {
 public:
-    LeafWriter(const LeafSettings& settings, std::size_t firstVertex, std::size_t firstIndex, TreeMesh& mesh)
-        : settings_(settings), vertex_(firstVertex), index_(firstIndex), mesh_(mesh)
+    LeafWriter(std::size_t firstVertex, std::size_t firstIndex, TreeMesh& mesh)
+        : vertex_(firstVertex), index_(firstIndex), mesh_(mesh)
     {}
 
     void write(const PlacedLeaf& leaf, float length, const VertexSource& source, const LeafPattern& pattern)
@@ -362,7 +362,6 @@ private:
         return bent / glm::length(bent);
     }
 
-    const LeafSettings& settings_;
     std::size_t vertex_;
     std::size_t index_;
     TreeMesh& mesh_;
@@ -414,7 +413,7 @@ MeshResult meshLeaves(const Foliage& foliage, std::span<const LeafAppearance> ki
 
     mesh.resizeVertices(firstVertex + counts.vertices, kept.streams);
     mesh.indices.resize(firstIndex + counts.indices);
-    LeafWriter writer(kept, firstVertex, firstIndex, mesh);
+    LeafWriter writer(firstVertex, firstIndex, mesh);
     std::size_t index = firstIndex;
     for (std::size_t k = 0; k < kinds.size(); ++k)
     {
