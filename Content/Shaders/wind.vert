@@ -28,7 +28,7 @@ struct WindResponse
     float trunkAngle; // radians: usually 0.16
     float boughAngle; // radians: usually 0.2
     float flutter;    // lengths of a leaf: usually 0.18
-    float rate;       // sways a second: 0.12 (large trees) to 0.9 (small ones)
+    float rate;       // sways a second: 0.12 (large trees) to 0.5 (small ones)
 };
 
 // Period 1, from -1 to 1, 1 at 0.

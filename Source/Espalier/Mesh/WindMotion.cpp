@@ -115,7 +115,7 @@ WindResponse windResponse(const Skeleton& full, const WindAppearance& wind) noex
     return {.trunkAngle = kTrunkAngle * wind.trunk,
             .boughAngle = kBoughAngle * wind.boughs,
             .flutter = kFlutter * wind.flutter,
-            .rate = std::clamp(rate, 0.12f, 0.9f)};
+            .rate = std::clamp(rate, 0.12f, 0.5f)};
 }
 
 WindTurns windTurns(const WindVertex& vertex, const WindWeather& weather, const WindResponse& response) noexcept

@@ -26,7 +26,7 @@ struct WindResponse
 
 /// The usual response of a tree of this height and girth, times what its species says. Sway rates: J. R. Moore and
 /// D. A. Maguire, "Natural sway frequencies and damping ratios of trees", Trees 18, 2004: 0.0766 + 3.1219 d / h^2 Hz
-/// for conifers of d centimetres at breast height and h metres; kept within [0.12, 0.9] Hz, since crowns in leaf are
+/// for conifers of d centimetres at breast height and h metres; kept within [0.12, 0.5] Hz, since crowns in leaf are
 /// slower.
 [[nodiscard]] WindResponse windResponse(const Skeleton& full, const WindAppearance& wind) noexcept;
 
