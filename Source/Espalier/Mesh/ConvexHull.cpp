@@ -68,7 +68,10 @@ public:
 
     void write(ConvexHull& hull)
     {
-        const double factor = enlargement();
+        // About whichever middle it takes less. The box' lies in the hull from some number of vertices on.
+        Enlargement best = enlargement(middle_);
+        if (const Enlargement other = enlargement(boxMiddle_); other.factor > 0 && other.overreach < best.overreach)
+            best = other;
         s_.indexOf.assign(s_.points.size(), kNone);
         for (const Face& face : s_.faces)
         {
@@ -80,19 +83,17 @@ public:
                 {
                     s_.indexOf[corner] = static_cast<std::uint32_t>(hull.vertices.size());
                     const DVec3 place(given_[corner]);
-                    const DVec3 middle = origin_ + cell_ * middle_;
-                    hull.vertices.push_back(factor > 1 ? Vec3(middle + factor * (place - middle)) : given_[corner]);
+                    const DVec3 middle = origin_ + cell_ * best.middle;
+                    hull.vertices.push_back(best.factor > 1 ? Vec3(middle + best.factor * (place - middle))
+                                                            : given_[corner]);
                 }
                 hull.indices.push_back(s_.indexOf[corner]);
             }
         }
-        double farthest = 0;
-        for (const Point& point : s_.points)
-            farthest = std::max(farthest, glm::length(real(point) - middle_));
         // Half a cell in each coordinate of a point and of a corner, and single precision.
         const DVec3 largest = glm::max(-origin_, origin_ + cell_ * kCells);
         hull.tolerance = static_cast<float>(2 * cell_ + 1e-6 * std::max({largest.x, largest.y, largest.z}));
-        hull.overreach = static_cast<float>((factor - 1) * farthest * cell_);
+        hull.overreach = static_cast<float>(best.overreach * cell_);
     }
 
 private:
@@ -116,6 +117,7 @@ private:
             return HullResult::OnePlace;
         origin_ = low;
         cell_ = extent / kCells;
+        boxMiddle_ = 0.5 * size / cell_;
         s_.points.clear();
         for (const Vec3& point : given_)
         {
@@ -286,8 +288,15 @@ private:
         giveOut(firstNew);
     }
 
-    /// By what factor about the middle the hull must grow to hold the points that are still outside. 1 if none is.
-    [[nodiscard]] double enlargement()
+    struct Enlargement
+    {
+        DVec3 middle{0};      ///< Cells.
+        double factor = 0;    ///< 0 if the middle is not inside.
+        double overreach = 0; ///< Cells.
+    };
+
+    /// By what factor about a place in it the hull must grow to hold the points that are still outside: 1 if none is.
+    [[nodiscard]] Enlargement enlargement(const DVec3& middle)
     {
         s_.orphans.clear();
         for (const Face& face : s_.faces)
@@ -299,18 +308,24 @@ private:
             if (!face.isAlive)
                 continue;
             const DVec3 normal = real(face.normal);
-            const double plane = glm::dot(normal, real(s_.points[face.corners[0]]) - middle_);
+            const double plane = glm::dot(normal, real(s_.points[face.corners[0]]) - middle);
+            if (!(plane > 0))
+                return {};
             for (const std::uint32_t point : s_.orphans)
-                factor = std::max(factor, glm::dot(normal, real(s_.points[point]) - middle_) / plane);
+                factor = std::max(factor, glm::dot(normal, real(s_.points[point]) - middle) / plane);
         }
-        return factor;
+        double farthest = 0;
+        for (const Point& point : s_.points)
+            farthest = std::max(farthest, glm::length(real(point) - middle));
+        return {middle, factor, (factor - 1) * farthest};
     }
 
     std::span<const Vec3> given_;
     HullScratch& s_;
     DVec3 origin_{0};
-    DVec3 middle_{0}; ///< Inside, cells.
-    double cell_ = 1; ///< Metres.
+    DVec3 middle_{0};    ///< Of the first tetrahedron: inside, cells.
+    DVec3 boxMiddle_{0}; ///< Of all points' box, cells.
+    double cell_ = 1;    ///< Metres.
 };
 
 } // namespace
