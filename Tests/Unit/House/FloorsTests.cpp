@@ -58,6 +58,7 @@ const std::vector<ForeignHeader> kForeignHeaders = {
     {"nlohmann/", {"Core", "Bake"}},
     {"embree3/", {"Overlap", "Render"}},
     {"tiny_gltf.h", {"Bake"}},
+    {"meshoptimizer.h", {"Bake"}},
     {"stb_", {"Bake", "Render"}},
     // The processor.
     {"emmintrin.h", {"Core"}},
