@@ -1,90 +1,67 @@
 #include <Espalier/Bake/Gltf.h>
 
-#include <Espalier/Core/File.h>
+#include <Espalier/Bake/GltfMaterials.h>
+#include <Espalier/Bake/GltfPayload.h>
+#include <Espalier/Bake/TinyGltf.h>
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Core/Utf8.h>
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
-#include <bit>
+#include <charconv>
 #include <cmath>
-#include <cstring>
+#include <glm/common.hpp>
 #include <new>
-#include <span>
+#include <nlohmann/json.hpp>
 #include <sstream>
-#include <vector>
-
-#if defined(__GNUC__)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wsign-conversion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
-#include <tiny_gltf.h>
-#if defined(__GNUC__)
-#pragma GCC diagnostic pop
-#endif
+#include <utility>
 
 namespace espalier {
 
 namespace {
 
-static_assert(std::endian::native == std::endian::little,
-              "glTF buffers are little-endian; arrays are copied as they lie");
-
 /// The length field of a GLB has 32 bits; the rest is room for the document, whose only long part is the name.
 constexpr std::uint64_t kMaxPayload = (std::uint64_t{1} << 32) - (std::uint64_t{1} << 20);
 constexpr std::size_t kMaxNameBytes = 4096;
+constexpr std::size_t kMaxJoints = 65536;
 
-/// 65535 is the primitive restart value, so the highest 16-bit index is 65534.
-constexpr std::size_t kMaxShortVertices = 65535;
-
-template <class Vector>
-bool isFinite(const Vector& v)
+bool isFinite(const Vec3& v)
 {
-    for (int i = 0; i < v.length(); ++i)
-        if (!std::isfinite(v[i]))
-            return false;
-    return true;
+    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
-/// As closely as the Khronos validator asks, with some room.
-bool isUnit(Vec3 v)
+tl::unexpected<Error> refuse(std::string what, std::string expected = {})
 {
-    constexpr float kTolerance = 0.0005f;
-    return std::abs(glm::length(v) - 1) <= kTolerance;
+    return failure(ErrorKind::BadInput, {}, std::move(what), std::move(expected));
 }
 
-Expected<void> checkMesh(const TreeMesh& mesh)
+/// All but the numbers in the arrays, which are checked on their way.
+Expected<void> checkLevel(const BakedLevel& level, std::size_t joints)
 {
     const auto bad = [](std::string what) {
-        return failure(ErrorKind::BadInput, {}, "the mesh cannot be baked: " + what,
-                       "the finite, consistent triangles that meshing a sound skeleton gives");
+        return refuse("the mesh cannot be baked: " + what,
+                      "the finite, consistent triangles that meshing a sound skeleton gives");
     };
-    const auto badVertex = [&](std::size_t vertex, const char* what) {
-        return bad("vertex " + std::to_string(vertex) + " has " + what);
-    };
+    if (level.mesh == nullptr)
+        return bad("there is none");
+    const TreeMesh& mesh = *level.mesh;
     const std::size_t vertices = mesh.positions.size();
     if (vertices == 0 || mesh.indices.empty())
         return bad("it is empty");
-    if (mesh.normals.size() != vertices || mesh.tangents.size() != vertices || mesh.uvs.size() != vertices)
+    const auto isOptional = [&](std::size_t length) { return length == 0 || length == vertices; };
+    if (mesh.normals.size() != vertices || mesh.tangents.size() != vertices || mesh.uvs.size() != vertices ||
+        !isOptional(mesh.tints.size()))
         return bad("its vertex arrays differ in length");
-    for (std::size_t i = 0; i < vertices; ++i)
-    {
-        if (!isFinite(mesh.positions[i]))
-            return badVertex(i, "a position that is not finite");
-        if (!isFinite(mesh.uvs[i]))
-            return badVertex(i, "a texture coordinate that is not finite");
-        if (!isUnit(mesh.normals[i]))
-            return badVertex(i, "a normal that is not of unit length");
-        const Vec4 tangent = mesh.tangents[i];
-        if (!isUnit({tangent.x, tangent.y, tangent.z}) || std::abs(tangent.w) != 1)
-            return badVertex(i, "a tangent that is not of unit length, or whose w is not +1 or -1");
-    }
-    for (std::size_t i = 0; i < mesh.indices.size(); ++i)
-        if (mesh.indices[i] >= vertices)
-            return bad("index " + std::to_string(i) + " is " + std::to_string(mesh.indices[i]) + " of " +
-                       std::to_string(vertices) + " vertices");
+    if (!isOptional(level.colours.size()) || !isOptional(level.joints.size()) ||
+        std::ranges::any_of(level.furtherUvs, [&](const auto& uvs) { return uvs.size() != vertices; }))
+        return bad("what goes with it is not as long as its vertices");
+    if (level.furtherUvs.size() > kMostFurtherUvs)
+        return bad("it has " + std::to_string(level.furtherUvs.size()) + " further texture coordinates of at most " +
+                   std::to_string(kMostFurtherUvs));
+    if ((joints > 0) == level.joints.empty())
+        return bad("it is to have joints, and its vertices none, or the other way round");
+    if (!std::isfinite(level.error) || level.error < 0)
+        return bad("its error is negative or not finite");
     std::uint64_t covered = 0;
     for (const MeshPart& part : mesh.parts)
     {
@@ -97,205 +74,386 @@ Expected<void> checkMesh(const TreeMesh& mesh)
     return {};
 }
 
-/// Builds one glTF model: every array becomes a view of the only buffer.
-class GltfWriter
+Expected<void> checkTree(const BakedTree& tree)
+{
+    if (tree.levels.empty())
+        return refuse("there is no mesh to bake");
+    if (tree.joints.size() > kMaxJoints)
+        return refuse("the tree has " + std::to_string(tree.joints.size()) + " joints",
+                      "at most " + std::to_string(kMaxJoints));
+    for (std::size_t i = 0; i < tree.joints.size(); ++i)
+    {
+        const BakedJoint& joint = tree.joints[i];
+        if (joint.parent != kNoJoint && joint.parent >= i)
+            return refuse("joint " + std::to_string(i) + " hangs on joint " + std::to_string(joint.parent),
+                          "parents before children");
+        if (!isFinite(joint.position))
+            return refuse("joint " + std::to_string(i) + " is at a position that is not finite");
+    }
+    for (const BakedLevel& level : tree.levels)
+        if (auto checked = checkLevel(level, tree.joints.size()); !checked)
+            return checked;
+    for (const EncodedImages& images : tree.images)
+        for (const std::string* const image : {&images.colour, &images.normal, &images.roughness})
+            if (!image->empty() && !image->starts_with("\x89PNG\r\n\x1a\n"))
+                return refuse("an image of the material cannot be baked", "the bytes of a PNG file");
+    return {};
+}
+
+Expected<void> checkLook(const Appearance& appearance)
+{
+    if (!isFinite(appearance.bark.colour) || !std::isfinite(appearance.bark.roughness))
+        return refuse("the bark's colour or roughness is not finite");
+    if (!std::ranges::all_of(appearance.palette, [](const Vec3& colour) { return isFinite(colour); }))
+        return refuse("a colour of the palette is not finite");
+    for (const LeafAppearance& leaf : appearance.leaves)
+        if (!isFinite(leaf.colour) || !std::isfinite(leaf.roughness) || !std::isfinite(leaf.translucency))
+            return refuse("the colour, roughness or translucency of leaves is not finite");
+    return {};
+}
+
+/// The double that prints as the float does: 0.013, not 0.013000000268220901.
+double asPrinted(float value)
+{
+    std::array<char, 32> digits{};
+    const char* const end = std::to_chars(digits.data(), digits.data() + digits.size(), value).ptr;
+    double printed = 0;
+    std::from_chars(digits.data(), end, printed);
+    return printed;
+}
+
+/// The share of a screen of 1080 lines, 16:9, that a tree covers where `error` is one of its pixels; of its area, as
+/// MSFT_lod's readers have it.
+double coverageAt(double error, const Bounds& bounds)
+{
+    constexpr double kLines = 1080;
+    constexpr double kAspect = 16.0 / 9;
+    constexpr double kDiskOfSquare = 0.7853981633974483;
+    const double diameter = static_cast<double>(glm::length(bounds.high - bounds.low));
+    const double lines = error > 0 ? diameter / error / kLines : 1e9;
+    return std::min(1.0, kDiskOfSquare * lines * lines / kAspect);
+}
+
+/// Builds the document and the payload of one file.
+class TreeWriter
 {
 public:
-    template <class T>
-    int addView(std::span<const T> values, int target)
+    TreeWriter(const BakedTree& tree, const Appearance& appearance, const BakeInfo& info, const BakeOptions& options)
+        : tree_(tree), info_(info), options_(options), name_(info.speciesName.empty() ? "tree" : info.speciesName),
+          payload_(options.encoding), materials_(appearance, tree.images, name_, options, model_, payload_)
+    {}
+
+    Expected<void> build()
     {
-        std::vector<unsigned char>& bytes = model.buffers[0].data;
-        tinygltf::BufferView view;
-        view.buffer = 0;
-        view.byteOffset = bytes.size();
-        view.byteLength = values.size_bytes();
-        view.target = target;
-        bytes.resize((bytes.size() + values.size_bytes() + 3) / 4 * 4);
-        std::memcpy(bytes.data() + view.byteOffset, values.data(), values.size_bytes());
-        model.bufferViews.push_back(std::move(view));
-        return static_cast<int>(model.bufferViews.size() - 1);
+        model_.asset.version = "2.0";
+        model_.asset.generator = "Espalier " ESPALIER_VERSION;
+        std::vector<Bounds> bounds;
+        for (const BakedLevel& level : tree_.levels)
+        {
+            auto found = boundsOf(level.mesh->positions);
+            if (!found)
+                return tl::unexpected(found.error());
+            bounds.push_back(*found);
+        }
+        whole_ = bounds[0];
+        for (const Bounds& level : bounds)
+        {
+            whole_.low = glm::min(whole_.low, level.low);
+            whole_.high = glm::max(whole_.high, level.high);
+        }
+        if (isQuantized())
+            grid_ = gridOf(whole_);
+        for (std::size_t i = 0; i < tree_.levels.size(); ++i)
+            if (auto added = addMesh(tree_.levels[i], bounds[i]); !added)
+                return added;
+        addNodes();
+        if (auto added = addSkin(); !added)
+            return added;
+        nameExtensions();
+        return {};
     }
 
-    int addAccessor(int view, std::size_t byteOffset, std::size_t count, int componentType, int type)
+    [[nodiscard]] const GltfPayload& payload() const { return payload_; }
+
+    /// tinygltf writes no extensions of buffer views and wants the payload in a buffer of its own, so these two parts
+    /// are ours. Empty if it fails.
+    std::string document()
+    {
+        std::ostringstream stream;
+        tinygltf::TinyGLTF gltf;
+        if (!gltf.WriteGltfSceneToStream(&model_, stream, false, false) || !stream)
+            return {};
+        nlohmann::json document = nlohmann::json::parse(stream.str());
+        payload_.describe(document);
+        return document.dump();
+    }
+
+private:
+    [[nodiscard]] bool isQuantized() const { return options_.encoding != GltfEncoding::Portable; }
+    [[nodiscard]] bool hasSkin() const { return !tree_.joints.empty(); }
+
+    int addAccessor(const GltfArray& array, int view, std::size_t byteOffset, std::size_t count)
     {
         tinygltf::Accessor accessor;
         accessor.bufferView = view;
         accessor.byteOffset = byteOffset;
         accessor.count = count;
-        accessor.componentType = componentType;
-        accessor.type = type;
-        model.accessors.push_back(std::move(accessor));
-        return static_cast<int>(model.accessors.size() - 1);
+        accessor.componentType = array.componentType;
+        accessor.type = array.type;
+        accessor.normalized = array.isNormalized;
+        accessor.minValues = array.lowest;
+        accessor.maxValues = array.highest;
+        model_.accessors.push_back(std::move(accessor));
+        return static_cast<int>(model_.accessors.size() - 1);
     }
 
-    template <class Vector>
-    int addAttribute(std::span<const Vector> values)
+    Expected<int> addArray(const GltfArray& array)
     {
-        const int view = addView(values, TINYGLTF_TARGET_ARRAY_BUFFER);
-        return addAccessor(view, 0, values.size(), TINYGLTF_COMPONENT_TYPE_FLOAT, Vector::length());
+        const auto view = payload_.add(array);
+        return view ? Expected<int>(addAccessor(array, *view, 0, array.count)) : view;
     }
 
-    tinygltf::Model model;
+    /// One primitive a part, all with the same attributes and one view of indices.
+    Expected<void> addMesh(const BakedLevel& level, const Bounds& bounds)
+    {
+        const TreeMesh& mesh = *level.mesh;
+        const GltfEncoding encoding = options_.encoding;
+        std::vector<std::pair<std::string, GltfArray>> attributes{
+            {"POSITION", isQuantized() ? quantizedPositionArray(mesh.positions, bounds, grid_)
+                                       : positionArray(mesh.positions, bounds)},
+            {"NORMAL", normalArray(mesh.normals, encoding)},
+            {"TANGENT", tangentArray(mesh.tangents, encoding)},
+            {"TEXCOORD_0", textureArray(mesh.uvs, encoding)}};
+        for (std::size_t i = 0; i < level.furtherUvs.size(); ++i)
+            attributes.emplace_back("TEXCOORD_" + std::to_string(i + 1), furtherTextureArray(level.furtherUvs[i]));
+        if (const std::span<const Tint> colours = level.colours.empty() ? mesh.tints : level.colours; !colours.empty())
+            attributes.emplace_back("COLOR_0", colourArray(colours));
+        if (hasSkin())
+        {
+            attributes.emplace_back("JOINTS_0", jointArray(level.joints, tree_.joints.size()));
+            attributes.emplace_back("WEIGHTS_0", weightArray(level.joints));
+        }
+        tinygltf::Primitive primitive;
+        primitive.mode = TINYGLTF_MODE_TRIANGLES;
+        for (const auto& [semantic, array] : attributes)
+        {
+            const auto accessor = addArray(array);
+            if (!accessor)
+                return tl::unexpected(accessor.error());
+            primitive.attributes[semantic] = *accessor;
+        }
+
+        const GltfArray indices = indexArray(mesh.indices, mesh.positions.size());
+        const auto view = payload_.add(indices);
+        if (!view)
+            return tl::unexpected(view.error());
+        tinygltf::Mesh result;
+        for (const MeshPart& part : mesh.parts)
+        {
+            if (part.indexCount == 0)
+                continue;
+            primitive.material = materials_.of(part);
+            primitive.indices = addAccessor(indices, *view, part.firstIndex * indices.stride, part.indexCount);
+            result.primitives.push_back(primitive);
+        }
+        result.name = nameOf(model_.meshes.size());
+        model_.meshes.push_back(std::move(result));
+        return {};
+    }
+
+    /// Of a level.
+    [[nodiscard]] std::string nameOf(std::size_t level) const
+    {
+        return tree_.levels.size() == 1 ? name_ : name_ + " LOD " + std::to_string(tree_.levels[level].lod);
+    }
+
+    [[nodiscard]] tinygltf::Value::Object levelFacts(const BakedLevel& level) const
+    {
+        using Value = tinygltf::Value;
+        if (tree_.levels.size() == 1 && level.lod == 0)
+            return {};
+        return {{"lod", Value(static_cast<int>(level.lod))}, {"error", Value(asPrinted(level.error))}};
+    }
+
+    [[nodiscard]] tinygltf::Value treeFacts() const
+    {
+        using Value = tinygltf::Value;
+        Value::Object facts = levelFacts(tree_.levels[0]);
+        facts["species"] = Value(info_.speciesName);
+        facts["speciesHash"] = Value(hexDigits(info_.speciesHash));
+        facts["seed"] = Value(info_.seed ? std::to_string(info_.seed->value) : "exemplar");
+        facts["version"] = Value(std::string(ESPALIER_VERSION));
+        return Value(std::move(facts));
+    }
+
+    void addNodes()
+    {
+        using Value = tinygltf::Value;
+        const bool isScaled = isQuantized() && !hasSkin();
+        const bool isChain = tree_.levels.size() > 1;
+        Value::Object extras{{"espalier", treeFacts()}};
+        tinygltf::Scene scene;
+        scene.name = name_;
+        scene.nodes = {0};
+        model_.scenes.push_back(std::move(scene));
+        model_.defaultScene = 0;
+        if (isScaled) // Whoever places the tree must not lose the scale of its grid, so this has a node of its own.
+        {
+            tinygltf::Node root;
+            root.name = name_;
+            root.children = {1};
+            root.extras = Value(std::exchange(extras, {}));
+            model_.nodes.push_back(std::move(root));
+        }
+        const std::size_t first = model_.nodes.size();
+        for (std::size_t i = 0; i < tree_.levels.size(); ++i)
+        {
+            tinygltf::Node node;
+            node.name = isScaled && !isChain ? name_ + " mesh" : nameOf(i);
+            node.mesh = static_cast<int>(i);
+            if (hasSkin())
+                node.skin = 0;
+            if (isScaled)
+            {
+                const double scale{grid_.halfExtent};
+                node.scale = {scale, scale, scale};
+                node.translation = {grid_.centre.x, grid_.centre.y, grid_.centre.z};
+            }
+            if (i > 0)
+                node.extras = Value(Value::Object{{"espalier", Value(levelFacts(tree_.levels[i]))}});
+            model_.nodes.push_back(std::move(node));
+        }
+        if (isChain)
+            chainLevels(model_.nodes[first], static_cast<int>(first), extras);
+        if (!extras.empty())
+            model_.nodes[first].extras = Value(std::move(extras));
+    }
+
+    void chainLevels(tinygltf::Node& finest, int first, tinygltf::Value::Object& extras) const
+    {
+        using Value = tinygltf::Value;
+        Value::Array ids;
+        Value::Array coverage;
+        for (std::size_t i = 1; i < tree_.levels.size(); ++i)
+        {
+            ids.emplace_back(first + static_cast<int>(i));
+            coverage.emplace_back(coverageAt(double{tree_.levels[i].error}, whole_));
+        }
+        coverage.emplace_back(0.0); // the coarsest is never left out
+        finest.extensions["MSFT_lod"] = Value(Value::Object{{"ids", Value(std::move(ids))}});
+        extras["MSFT_screencoverage"] = Value(std::move(coverage));
+    }
+
+    /// The joints below a node of their own, which is their common root.
+    Expected<void> addSkin()
+    {
+        if (!hasSkin())
+            return {};
+        const auto matrices = addArray(bindMatrixArray(tree_.joints, grid_));
+        if (!matrices)
+            return tl::unexpected(matrices.error());
+        const int armature = static_cast<int>(model_.nodes.size());
+        const int first = armature + 1;
+        tinygltf::Skin skin;
+        skin.name = name_ + " skin";
+        skin.inverseBindMatrices = *matrices;
+        skin.skeleton = armature;
+        tinygltf::Node root;
+        root.name = name_ + " joints";
+        model_.nodes.push_back(std::move(root));
+        model_.scenes[0].nodes.push_back(armature);
+        for (std::size_t i = 0; i < tree_.joints.size(); ++i)
+        {
+            const BakedJoint& joint = tree_.joints[i];
+            const bool isRoot = joint.parent == kNoJoint;
+            const Vec3 moved = isRoot ? joint.position : joint.position - tree_.joints[joint.parent].position;
+            const int index = first + static_cast<int>(i);
+            tinygltf::Node node;
+            node.name = name_ + " joint " + std::to_string(i);
+            node.translation = {moved.x, moved.y, moved.z};
+            model_.nodes[static_cast<std::size_t>(isRoot ? armature : first + static_cast<int>(joint.parent))]
+                .children.push_back(index);
+            model_.nodes.push_back(std::move(node));
+            skin.joints.push_back(index);
+        }
+        model_.skins.push_back(std::move(skin));
+        return {};
+    }
+
+    void nameExtensions()
+    {
+        const auto use = [&](const char* name, bool isRequired) {
+            model_.extensionsUsed.emplace_back(name);
+            if (isRequired)
+                model_.extensionsRequired.emplace_back(name);
+        };
+        if (tree_.levels.size() > 1)
+            use("MSFT_lod", false);
+        if (isQuantized())
+            use("KHR_mesh_quantization", true);
+        if (options_.encoding == GltfEncoding::Compressed)
+            use("EXT_meshopt_compression", true);
+    }
+
+    const BakedTree& tree_;
+    const BakeInfo& info_;
+    const BakeOptions& options_;
+    std::string name_;
+    tinygltf::Model model_;
+    GltfPayload payload_;
+    GltfMaterials materials_;
+    Bounds whole_; ///< Of all levels.
+    PositionGrid grid_;
 };
 
-int addPositions(std::span<const Vec3> positions, GltfWriter& writer)
+std::string_view wordBytes(const std::uint32_t& word)
 {
-    const int result = writer.addAttribute(positions);
-    Vec3 low = positions[0];
-    Vec3 high = positions[0];
-    for (const Vec3 p : positions)
-        for (int axis = 0; axis < 3; ++axis)
-        {
-            low[axis] = std::min(low[axis], p[axis]);
-            high[axis] = std::max(high[axis], p[axis]);
-        }
-    writer.model.accessors[static_cast<std::size_t>(result)].minValues = {low.x, low.y, low.z};
-    writer.model.accessors[static_cast<std::size_t>(result)].maxValues = {high.x, high.y, high.z};
-    return result;
+    return {reinterpret_cast<const char*>(&word), sizeof(word)};
 }
 
-int addTextureCoordinates(std::span<const Vec2> uvs, GltfWriter& writer)
+/// A GLB: a header, the document, the payload. `reserve` hears its size before its first byte.
+Expected<void> write(TreeWriter& writer, const std::function<void(std::size_t)>& reserve, const ByteSink& sink)
 {
-    std::vector<Vec2> fromTop(uvs.begin(), uvs.end());
-    for (Vec2& uv : fromTop)
-        uv.y = 1 - uv.y;
-    return writer.addAttribute(std::span<const Vec2>(fromTop));
-}
-
-bool looksLike(const MeshPart& a, const MeshPart& b)
-{
-    return a.material == b.material && a.colour == b.colour;
-}
-
-/// The first part of each look, in order: each becomes a material.
-std::vector<MeshPart> looksOf(const TreeMesh& mesh)
-{
-    std::vector<MeshPart> looks;
-    for (const MeshPart& part : mesh.parts)
-    {
-        const auto isSame = [&](const MeshPart& look) { return looksLike(look, part); };
-        if (part.indexCount > 0 && std::ranges::none_of(looks, isSame))
-            looks.push_back(part);
-    }
-    return looks;
-}
-
-/// One primitive a part, all with the same attributes and one view of indices.
-tinygltf::Mesh addMesh(const TreeMesh& mesh, std::span<const MeshPart> looks, GltfWriter& writer)
-{
-    tinygltf::Primitive primitive;
-    primitive.mode = TINYGLTF_MODE_TRIANGLES;
-    primitive.attributes["POSITION"] = addPositions(mesh.positions, writer);
-    primitive.attributes["NORMAL"] = writer.addAttribute(std::span(mesh.normals));
-    primitive.attributes["TANGENT"] = writer.addAttribute(std::span(mesh.tangents));
-    primitive.attributes["TEXCOORD_0"] = addTextureCoordinates(mesh.uvs, writer);
-
-    const bool isShort = mesh.positions.size() <= kMaxShortVertices;
-    const std::size_t indexSize = isShort ? sizeof(std::uint16_t) : sizeof(std::uint32_t);
-    const int componentType = isShort ? TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT : TINYGLTF_COMPONENT_TYPE_UNSIGNED_INT;
-    std::vector<std::uint16_t> shorts;
-    if (isShort)
-        for (const std::uint32_t index : mesh.indices)
-            shorts.push_back(static_cast<std::uint16_t>(index));
-    const int view = isShort
-                         ? writer.addView(std::span<const std::uint16_t>(shorts), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER)
-                         : writer.addView(std::span(mesh.indices), TINYGLTF_TARGET_ELEMENT_ARRAY_BUFFER);
-
-    tinygltf::Mesh result;
-    for (const MeshPart& part : mesh.parts)
-    {
-        if (part.indexCount == 0)
-            continue;
-        primitive.material = static_cast<int>(
-            std::ranges::find_if(looks, [&](const MeshPart& look) { return looksLike(look, part); }) - looks.begin());
-        primitive.indices =
-            writer.addAccessor(view, part.firstIndex * indexSize, part.indexCount, componentType, TINYGLTF_TYPE_SCALAR);
-        result.primitives.push_back(primitive);
-    }
-    return result;
-}
-
-/// What is not plain bark is named by its entry of the palette, such as "Oak wood 2" and "Oak surface 1".
-tinygltf::Material materialOf(const MeshPart& look, const Appearance& appearance, const std::string& name)
-{
-    constexpr double kSurfaceRoughness = 0.6; // leaves and berries are waxy
-    const bool isSurface = look.material == MeshMaterial::Surface;
-    const auto factor = [](float value) { return static_cast<double>(std::clamp(value, 0.0f, 1.0f)); };
-    const Vec3 colour = colourOf(look, appearance);
-    tinygltf::Material material;
-    material.name = name + (isSurface ? " surface " : look.colour == 0 ? " bark" : " wood ");
-    if (isSurface || look.colour != 0)
-        material.name += std::to_string(look.colour);
-    material.doubleSided = isSurface;
-    material.pbrMetallicRoughness.baseColorFactor = {factor(colour.x), factor(colour.y), factor(colour.z), 1.0};
-    material.pbrMetallicRoughness.metallicFactor = 0;
-    material.pbrMetallicRoughness.roughnessFactor = isSurface ? kSurfaceRoughness : factor(appearance.bark.roughness);
-    return material;
-}
-
-tinygltf::Value extrasOf(const BakeInfo& info)
-{
-    using Value = tinygltf::Value;
-    const Value::Object facts{{"species", Value(info.speciesName)},
-                              {"speciesHash", Value(hexDigits(info.speciesHash))},
-                              {"seed", Value(info.seed ? std::to_string(info.seed->value) : "exemplar")},
-                              {"version", Value(std::string(ESPALIER_VERSION))}};
-    return Value(Value::Object{{"espalier", Value(facts)}});
-}
-
-Expected<std::string> serialise(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info)
-{
-    const std::string name = info.speciesName.empty() ? "tree" : info.speciesName;
-    GltfWriter writer;
-    tinygltf::Model& model = writer.model;
-    model.asset.version = "2.0";
-    model.asset.generator = "Espalier " ESPALIER_VERSION;
-    model.buffers.emplace_back();
-    const std::vector<MeshPart> looks = looksOf(mesh);
-    model.meshes.push_back(addMesh(mesh, looks, writer));
-    model.meshes[0].name = name;
-    for (const MeshPart& look : looks)
-        model.materials.push_back(materialOf(look, appearance, name));
-    tinygltf::Node node;
-    node.name = name;
-    node.mesh = 0;
-    node.extras = extrasOf(info);
-    model.nodes.push_back(std::move(node));
-    tinygltf::Scene scene;
-    scene.name = name;
-    scene.nodes = {0};
-    model.scenes.push_back(std::move(scene));
-    model.defaultScene = 0;
-
-    std::ostringstream stream;
-    tinygltf::TinyGLTF gltf;
-    if (!gltf.WriteGltfSceneToStream(&model, stream, false, true) || !stream)
+    std::string document = writer.document();
+    if (document.empty())
         return failure(ErrorKind::Limit, {}, "the glTF file does not fit into memory");
-    return std::move(stream).str();
+    document.resize((document.size() + 3) / 4 * 4, ' ');
+    const std::uint64_t payload = writer.payload().size();
+    constexpr std::size_t kHeaders = 12 + 8 + 8;
+    const std::uint64_t total = kHeaders + document.size() + payload;
+    if (payload > kMaxPayload || total > 0xffffffffu)
+        return failure(ErrorKind::Limit, {}, "the GLB file would have " + std::to_string(total) + " bytes",
+                       "at most 4 GiB, which is all its header can say", "bake a coarser mesh");
+    reserve(static_cast<std::size_t>(total));
+    std::string head("glTF");
+    for (const std::uint32_t word : {std::uint32_t{2}, static_cast<std::uint32_t>(total),
+                                     static_cast<std::uint32_t>(document.size()), std::uint32_t{0x4e4f534a}})
+        head += wordBytes(word);
+    head += document;
+    for (const std::uint32_t word : {static_cast<std::uint32_t>(payload), std::uint32_t{0x004e4942}})
+        head += wordBytes(word);
+    if (auto written = sink(head); !written)
+        return written;
+    return writer.payload().write(sink);
 }
 
-} // namespace
-
-Expected<std::string> bakeGlb(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info)
+/// Everything up to the bytes, which then go where `deliver` says; exceptions of libraries end here.
+Expected<void> bake(const BakedTree& tree, const Appearance& appearance, const BakeInfo& info,
+                    const BakeOptions& options, const std::function<Expected<void>(TreeWriter&)>& deliver)
 {
-    if (auto checked = checkMesh(mesh); !checked)
-        return tl::unexpected(checked.error());
-    if (!isFinite(appearance.bark.colour) || !std::isfinite(appearance.bark.roughness))
-        return failure(ErrorKind::BadInput, {}, "the bark's colour or roughness is not finite");
-    if (!std::ranges::all_of(appearance.palette, [](const Vec3& colour) { return isFinite(colour); }))
-        return failure(ErrorKind::BadInput, {}, "a colour of the palette is not finite");
+    if (auto checked = checkTree(tree); !checked)
+        return checked;
+    if (auto checked = checkLook(appearance); !checked)
+        return checked;
     if (info.speciesName.size() > kMaxNameBytes || findInvalidUtf8(info.speciesName) != std::string_view::npos)
-        return failure(ErrorKind::BadInput, {}, "the species' name cannot be written",
-                       "UTF-8 of at most " + std::to_string(kMaxNameBytes) + " bytes");
-    constexpr std::uint64_t kVertexSize = 2 * sizeof(Vec3) + sizeof(Vec4) + sizeof(Vec2);
-    const std::uint64_t payload =
-        std::uint64_t{mesh.positions.size()} * kVertexSize + std::uint64_t{mesh.indices.size()} * sizeof(std::uint32_t);
-    if (payload > kMaxPayload)
-        return failure(ErrorKind::Limit, {}, "the GLB file would have " + std::to_string(payload) + " bytes",
-                       "at most 4 GiB, which is all its header can say", "bake a coarser mesh");
+        return refuse("the species' name cannot be written",
+                      "UTF-8 of at most " + std::to_string(kMaxNameBytes) + " bytes");
     try
     {
-        return serialise(mesh, appearance, info);
+        TreeWriter writer(tree, appearance, info, options);
+        if (auto built = writer.build(); !built)
+            return built;
+        return deliver(writer);
     }
     catch (const std::bad_alloc&)
     {
@@ -303,18 +461,54 @@ Expected<std::string> bakeGlb(const TreeMesh& mesh, const Appearance& appearance
     }
     catch (const std::exception& exception) // of the JSON library
     {
-        return failure(ErrorKind::BadInput, {},
-                       std::string("the glTF document cannot be written: ") + exception.what());
+        return refuse(std::string("the glTF document cannot be written: ") + exception.what());
     }
 }
 
-Expected<void> writeGlb(const std::filesystem::path& path, const TreeMesh& mesh, const Appearance& appearance,
-                        const BakeInfo& info)
+} // namespace
+
+Expected<std::string> bakeGlb(const BakedTree& tree, const Appearance& appearance, const BakeInfo& info,
+                              const BakeOptions& options)
 {
-    const auto bytes = bakeGlb(mesh, appearance, info);
-    if (!bytes)
-        return tl::unexpected(bytes.error());
-    return writeFileAtomically(path, *bytes);
+    std::string bytes;
+    const auto deliver = [&](TreeWriter& writer) {
+        const auto reserve = [&](std::size_t size) { bytes.reserve(size); };
+        const ByteSink append = [&](std::string_view more) -> Expected<void> {
+            bytes += more;
+            return {};
+        };
+        return write(writer, reserve, append);
+    };
+    if (auto baked = bake(tree, appearance, info, options, deliver); !baked)
+        return tl::unexpected(baked.error());
+    return bytes;
+}
+
+Expected<std::string> bakeGlb(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info,
+                              const BakeOptions& options)
+{
+    BakedLevel level;
+    level.mesh = &mesh;
+    return bakeGlb(BakedTree{{&level, 1}, {}, {}}, appearance, info, options);
+}
+
+Expected<void> writeGlb(const std::filesystem::path& path, const BakedTree& tree, const Appearance& appearance,
+                        const BakeInfo& info, const BakeOptions& options)
+{
+    return bake(tree, appearance, info, options, [&](TreeWriter& writer) {
+        return writeFileAtomically(path, [&](const ByteSink& sink) {
+            return write(
+                writer, [](std::size_t) {}, sink);
+        });
+    });
+}
+
+Expected<void> writeGlb(const std::filesystem::path& path, const TreeMesh& mesh, const Appearance& appearance,
+                        const BakeInfo& info, const BakeOptions& options)
+{
+    BakedLevel level;
+    level.mesh = &mesh;
+    return writeGlb(path, BakedTree{{&level, 1}, {}, {}}, appearance, info, options);
 }
 
 } // namespace espalier

@@ -197,6 +197,11 @@ Expected<std::string> readTextFile(const fs::path& path, std::size_t maxBytes)
 
 Expected<void> writeFileAtomically(const fs::path& path, std::string_view bytes)
 {
+    return writeFileAtomically(path, [&](const ByteSink& sink) { return sink(bytes); });
+}
+
+Expected<void> writeFileAtomically(const fs::path& path, const std::function<Expected<void>(const ByteSink&)>& produce)
+{
     struct stat old = {};
     const bool exists = ::stat(path.c_str(), &old) == 0;
     const auto failed = [&](int code) {
@@ -229,10 +234,16 @@ Expected<void> writeFileAtomically(const fs::path& path, std::string_view bytes)
     int code = temporary.create(folder);
     if (code == 0 && exists)
         code = file.setMode(old.st_mode & 0777);
-    if (code == 0)
-        code = file.writeAll(bytes);
-    if (code == 0)
-        code = file.flush();
+    if (code != 0)
+        return failed(code);
+    const ByteSink sink = [&](std::string_view bytes) -> Expected<void> {
+        if (const int writing = file.writeAll(bytes); writing != 0)
+            return failed(writing);
+        return {};
+    };
+    if (auto produced = produce(sink); !produced)
+        return produced;
+    code = file.flush();
     if (code == 0)
         code = file.close();
     if (code == 0)

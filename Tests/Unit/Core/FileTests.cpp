@@ -298,4 +298,32 @@ TEST(Utf8, AcceptsExactlyTheScalarValues)
 
 } // namespace
 
+TEST_F(File, WritesWhatComesInPieces)
+{
+    const auto produce = [](const ByteSink& sink) -> Expected<void> {
+        for (const std::string_view piece : {"one ", "", "two ", "three"})
+            if (auto written = sink(piece); !written)
+                return written;
+        return {};
+    };
+    ASSERT_TRUE(writeFileAtomically(at("f"), produce));
+    EXPECT_EQ(get("f"), "one two three");
+    EXPECT_EQ(entries(), 1u);
+}
+
+TEST_F(File, KeepsTheOldFileWhenThePiecesFail)
+{
+    put("f", "old");
+    const auto produce = [](const ByteSink& sink) -> Expected<void> {
+        if (auto written = sink("half"); !written)
+            return written;
+        return failure(ErrorKind::BadInput, {}, "no more");
+    };
+    const auto written = writeFileAtomically(at("f"), produce);
+    ASSERT_FALSE(written);
+    EXPECT_EQ(written.error().what, "no more");
+    EXPECT_EQ(get("f"), "old");
+    EXPECT_EQ(entries(), 1u) << "nothing half-written stays behind";
+}
+
 } // namespace espalier

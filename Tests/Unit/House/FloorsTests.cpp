@@ -56,6 +56,7 @@ const std::vector<ForeignHeader> kForeignHeaders = {
     {"nlohmann/", {"Core", "Bake"}},
     {"embree3/", {"Overlap", "Render"}},
     {"tiny_gltf.h", {"Bake"}},
+    {"meshoptimizer.h", {"Bake"}},
     {"stb_", {"Texture"}},
     // The processor.
     {"emmintrin.h", {"Core"}},

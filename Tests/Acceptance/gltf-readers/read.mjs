@@ -1,0 +1,205 @@
+// Reads GLB files as others do, with glTF-Transform and Babylon.js:   npm ci; node read.mjs FILE_OR_FOLDER...
+// Both must find the vertices and triangles that the document tells of, and the same bounds; indices must stay inside
+// their vertices, and triangles of one-sided materials face their normals, which no validator asks for.
+// Prints a line a file, then "N files, F failed". Exit: 0 all good, 1 a file failed, 2 no file found.
+
+import { readdirSync, readFileSync, statSync } from "node:fs";
+import { join } from "node:path";
+
+import { NullEngine } from "@babylonjs/core/Engines/nullEngine.js";
+import { LoadAssetContainerAsync } from "@babylonjs/core/Loading/sceneLoader.js";
+import { MeshoptCompression } from "@babylonjs/core/Meshes/Compression/meshoptCompression.js";
+import { Logger } from "@babylonjs/core/Misc/logger.js";
+import { Scene } from "@babylonjs/core/scene.js";
+import "@babylonjs/core/Materials/PBR/pbrMaterial.js";
+import "@babylonjs/loaders/glTF/2.0/index.js";
+import { NodeIO } from "@gltf-transform/core";
+import { ALL_EXTENSIONS } from "@gltf-transform/extensions";
+import { MeshoptDecoder } from "meshoptimizer";
+
+const LEAST_SHARE_FACING = 0.99; // of one-sided triangles: where tubes bend sharply a few turn over
+const BOUNDS_TOLERANCE = 1e-4; // of the largest extent: the steps of quantized positions lie on either side
+
+const io = new NodeIO().registerExtensions(ALL_EXTENSIONS).registerDependencies({ "meshopt.decoder": MeshoptDecoder });
+io.setLogger({ debug() {}, info() {}, warn() {}, error: console.error });
+
+// Babylon.js would fetch its decoder from the network; this one is the same library.
+MeshoptCompression._Default = {
+  decodeGltfBufferAsync: (source, count, stride, mode, filter) =>
+    MeshoptDecoder.decodeGltfBufferAsync(count, stride, source, mode, filter),
+};
+Logger.LogLevels = Logger.ErrorLogLevel;
+
+function glbFiles(path) {
+  if (!statSync(path).isDirectory()) return [path];
+  return readdirSync(path)
+    .sort()
+    .filter((name) => name.endsWith(".glb"))
+    .map((name) => join(path, name));
+}
+
+function require(condition, message) {
+  if (!condition) throw new Error(message);
+}
+
+function emptyCounts() {
+  return { vertices: 0, triangles: 0, low: [Infinity, Infinity, Infinity], high: [-Infinity, -Infinity, -Infinity] };
+}
+
+function grow(counts, point) {
+  for (let axis = 0; axis < 3; ++axis) {
+    counts.low[axis] = Math.min(counts.low[axis], point[axis]);
+    counts.high[axis] = Math.max(counts.high[axis], point[axis]);
+  }
+}
+
+/** What the document says of the meshes below its scene, and of all: other levels of detail hang outside of it. */
+function fromDocument(bytes) {
+  const view = new DataView(bytes.buffer, bytes.byteOffset, bytes.byteLength);
+  const document = JSON.parse(new TextDecoder().decode(bytes.subarray(20, 20 + view.getUint32(12, true))));
+  const count = (meshes) => {
+    const counts = emptyCounts();
+    for (const mesh of meshes)
+      for (const primitive of document.meshes[mesh].primitives) {
+        counts.vertices += document.accessors[primitive.attributes.POSITION].count;
+        counts.triangles += document.accessors[primitive.indices].count / 3;
+      }
+    return counts;
+  };
+  const shown = [];
+  const open = [...document.scenes[document.scene ?? 0].nodes];
+  while (open.length > 0) {
+    const node = document.nodes[open.pop()];
+    if (node.mesh !== undefined) shown.push(node.mesh);
+    open.push(...(node.children ?? []));
+  }
+  return { shown: count(shown), all: count(document.meshes.keys()) };
+}
+
+/** Shares of triangles that face the normals of their corners. */
+function facing(primitive) {
+  const positions = primitive.getAttribute("POSITION");
+  const normals = primitive.getAttribute("NORMAL");
+  const indices = primitive.getIndices().getArray();
+  const [a, b, c, normal] = [[], [], [], []];
+  let facing = 0;
+  for (let i = 0; i < indices.length; i += 3) {
+    positions.getElement(indices[i], a);
+    positions.getElement(indices[i + 1], b);
+    positions.getElement(indices[i + 2], c);
+    const u = [b[0] - a[0], b[1] - a[1], b[2] - a[2]];
+    const v = [c[0] - a[0], c[1] - a[1], c[2] - a[2]];
+    const across = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let along = 0;
+    for (let corner = 0; corner < 3; ++corner) {
+      normals.getElement(indices[i + corner], normal);
+      along += across[0] * normal[0] + across[1] * normal[1] + across[2] * normal[2];
+    }
+    if (along >= 0) ++facing;
+  }
+  return facing / (indices.length / 3);
+}
+
+async function fromGltfTransform(bytes) {
+  const document = await io.readBinary(bytes);
+  const root = document.getRoot();
+  const all = emptyCounts();
+  for (const mesh of root.listMeshes())
+    for (const primitive of mesh.listPrimitives()) {
+      const vertices = primitive.getAttribute("POSITION").getCount();
+      const indices = primitive.getIndices().getArray();
+      all.vertices += vertices;
+      all.triangles += indices.length / 3;
+      for (const index of indices) require(index < vertices, `an index is ${index} of ${vertices} vertices`);
+      if (!primitive.getMaterial().getDoubleSided()) {
+        const share = facing(primitive);
+        require(share >= LEAST_SHARE_FACING, `only ${(100 * share).toFixed(1)} % of triangles face their normals`);
+      }
+    }
+  const shown = emptyCounts();
+  root.getDefaultScene().traverse((node) => {
+    const matrix = node.getSkin() ? node.getSkin().getInverseBindMatrices().getElement(0, []) : node.getWorldMatrix();
+    const joint = node.getSkin()?.listJoints()[0].getWorldTranslation() ?? [0, 0, 0];
+    const point = [];
+    for (const primitive of node.getMesh()?.listPrimitives() ?? []) {
+      const positions = primitive.getAttribute("POSITION");
+      for (const index of primitive.getIndices().getArray()) {
+        positions.getElement(index, point);
+        grow(
+          shown,
+          [0, 1, 2].map(
+            (axis) =>
+              matrix[axis] * point[0] +
+              matrix[4 + axis] * point[1] +
+              matrix[8 + axis] * point[2] +
+              matrix[12 + axis] +
+              joint[axis],
+          ),
+        );
+      }
+    }
+  });
+  return { all, shown };
+}
+
+async function fromBabylon(bytes) {
+  const engine = new NullEngine();
+  const scene = new Scene(engine);
+  scene.useRightHandedSystem = true;
+  const container = await LoadAssetContainerAsync(bytes, scene, { pluginExtension: ".glb" });
+  const counts = emptyCounts();
+  for (const mesh of container.meshes) {
+    if (mesh.getTotalVertices() === 0) continue;
+    counts.vertices += mesh.getTotalVertices();
+    counts.triangles += mesh.getTotalIndices() / 3;
+    mesh.computeWorldMatrix(true);
+    mesh.refreshBoundingInfo({ applySkeleton: mesh.skeleton != null });
+    const box = mesh.getBoundingInfo().boundingBox;
+    grow(counts, box.minimumWorld.asArray());
+    grow(counts, box.maximumWorld.asArray());
+  }
+  scene.dispose();
+  engine.dispose();
+  return counts;
+}
+
+function requireSameCounts(who, found, expected) {
+  for (const what of ["vertices", "triangles"])
+    require(found[what] === expected[what], `${who} finds ${found[what]} ${what} of ${expected[what]}`);
+}
+
+function requireSameBounds(a, b) {
+  const extent = Math.max(...[0, 1, 2].map((axis) => a.high[axis] - a.low[axis]));
+  for (const side of ["low", "high"])
+    for (let axis = 0; axis < 3; ++axis)
+      require(
+        Math.abs(a[side][axis] - b[side][axis]) <= BOUNDS_TOLERANCE * extent,
+        `the bounds differ: ${a[side]} and ${b[side]}`,
+      );
+}
+
+async function read(file) {
+  const bytes = new Uint8Array(readFileSync(file));
+  const expected = fromDocument(bytes);
+  const transform = await fromGltfTransform(bytes);
+  requireSameCounts("glTF-Transform", transform.all, expected.all);
+  const babylon = await fromBabylon(bytes);
+  requireSameCounts("Babylon.js", babylon, expected.shown);
+  requireSameBounds(transform.shown, babylon);
+  return expected.all;
+}
+
+await MeshoptDecoder.ready;
+const files = process.argv.slice(2).flatMap(glbFiles);
+let failed = 0;
+for (const file of files) {
+  try {
+    const counts = await read(file);
+    console.log(`${file}: ${counts.vertices} vertices, ${counts.triangles} triangles`);
+  } catch (error) {
+    ++failed;
+    console.log(`${file}: FAILED: ${error.message}`);
+  }
+}
+console.log(`${files.length} files, ${failed} failed`);
+process.exit(files.length === 0 ? 2 : failed > 0 ? 1 : 0);
