@@ -1,5 +1,5 @@
+#include "Bake.h"
 #include "Input.h"
-#include "Look.h"
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
@@ -62,16 +62,6 @@ struct RenderCommand
     LookOptions look;
     std::string levels = "0"; ///< Of detail.
 };
-
-/// First and last of the levels of detail that a command names.
-std::pair<std::uint32_t, std::uint32_t> parseLevels(const std::string& text)
-{
-    const SeedRange range = parseSeeds(text);
-    if (range.exemplar || range.last > kMostDetailLevel)
-        failUsage("--lod " + text + ": expected a level from 0 to " + std::to_string(kMostDetailLevel) +
-                  ", or a range such as 0..4");
-    return {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
-}
 
 /// The meshes of all plants to be shown; subjects point into them.
 struct Gallery
