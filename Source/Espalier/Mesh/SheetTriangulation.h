@@ -45,6 +45,9 @@ public:
     /// such line, or runs through a point: the band is of no more use then.
     [[nodiscard]] bool fixLoop(std::span<const std::uint32_t> loop);
 
+    /// The same for one line. False leaves the band as good as it was.
+    [[nodiscard]] bool fixSide(std::uint32_t a, std::uint32_t b);
+
     /// Cuts out what a fixed loop encloses. False if that reaches a ring.
     [[nodiscard]] bool cutOut(std::span<const std::uint32_t> loop);
 
@@ -69,7 +72,6 @@ private:
     [[nodiscard]] bool flip(Side side);
     [[nodiscard]] bool isCrossed(std::uint32_t a, std::uint32_t b, std::uint32_t c, std::uint32_t d) const;
     [[nodiscard]] bool gatherCrossings(std::uint32_t a, std::uint32_t b);
-    [[nodiscard]] bool fixSide(std::uint32_t a, std::uint32_t b);
     void replaceNeighbour(std::uint32_t triangle, std::uint32_t before, std::uint32_t after);
     void insertInside(std::uint32_t triangle, std::uint32_t point);
     void insertOnSide(Side side, std::uint32_t point);

@@ -88,6 +88,7 @@ struct SheetPlan
     SheetTriangulation triangulation;
     std::vector<std::uint32_t> loop;
     std::vector<std::uint32_t> order;
+    std::vector<std::array<std::uint32_t, 2>> sides;
     std::vector<double> levels;
     std::vector<std::uint32_t> numbers;
     std::vector<DVec2> wishes;

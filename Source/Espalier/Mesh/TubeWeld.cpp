@@ -37,6 +37,7 @@ constexpr double kBandMargin = 0.4; ///< from a foot to the end of its band,
 constexpr double kSnap = 0.27;      ///< from there to a ring that may serve as the end instead,
 constexpr double kBandGap = 0.6;    ///< between bands, or they are one,
 constexpr double kClearance = 0.3;  ///< between a foot and the parent's own vertices,
+constexpr double kSliver = 0.15;    ///< between a foot and a ridge of the parent that is kept,
 constexpr double kFineReach = 1.3;  ///< from a foot as far as the parent gets more vertices.
 
 /// Rows of such vertices in a band at most.
@@ -414,6 +415,9 @@ public:
             addRow(host_.rowAt(band.low), sheet);
             SheetBand planned{.lowerRow = static_cast<std::uint32_t>(plan_.rows.size()) - sheet.firstRow - 1};
             addRow(host_.rowAt(band.high), sheet);
+            // Rows are told apart by single precision; on a thread of a host whole feet may lie between two of them.
+            if (plan_.rows.size() - sheet.firstRow != planned.lowerRow + 2u)
+                return lose(footAt(band.firstFoot));
             while (ring + 1 < host_.rings.size() && alongOf(ring) <= band.high)
                 ++ring;
             if (!cut(band, planned))
@@ -576,29 +580,75 @@ private:
             if (!isNear)
                 levels.push_back(level);
         }
-        for (std::size_t i = 0; i < levels.size(); ++i)
+        // Column by column, upwards: what stands on one column is joined, so that no triangle cuts across a ridge.
+        std::sort(levels.begin(), levels.end());
+        std::vector<std::uint32_t>& column = plan_.loop;
+        plan_.sides.clear();
+        for (std::uint32_t j = 0; j < host_.sides; ++j)
         {
-            for (std::uint32_t j = 0; j < host_.sides; ++j)
+            const double angle = kTurn * j / host_.sides;
+            column.assign(1, j);
+            for (const double level : levels)
             {
-                const double angle = kTurn * j / host_.sides;
-                const double distance = distanceToFeet(band, angle, levels[i], facet);
-                if (distance > kClearance * facet && (i < own || distance < kFineReach * facet))
-                    (void)insertColumn(j, angle, levels[i]);
+                const double distance = distanceToFeet(band, angle, level, facet);
+                const bool isWanted = distance < kFineReach * facet || isOwn(level);
+                if (distance <= kClearance * facet || !isWanted)
+                    continue;
+                if (const std::uint32_t point = insertColumn(j, angle, level); point != SheetTriangulation::kNoPoint)
+                    column.push_back(point);
+            }
+            column.push_back(host_.sides + j);
+            for (std::size_t i = 0; i + 1 < column.size(); ++i)
+            {
+                if (isClear(band, angle, column[i], column[i + 1], facet))
+                    plan_.sides.push_back({column[i], column[i + 1]});
             }
         }
+        for (const auto& [low, high] : plan_.sides)
+            (void)plan_.triangulation.fixSide(low, high);
     }
 
-    /// Like `insert`, exactly on a column.
-    bool insertColumn(std::uint32_t column, double angle, double along)
+    /// True if no foot stands on a column between two of its points, or so near that only slivers would fit between.
+    bool isClear(const Band& band, double angle, std::uint32_t lowPoint, std::uint32_t highPoint, double facet)
+    {
+        const std::vector<UnrolledPoint>& points = plan_.triangulation.points();
+        const double low = low_ + static_cast<double>(points[lowPoint].y) / scale_;
+        const double high = low_ + static_cast<double>(points[highPoint].y) / scale_;
+        for (std::size_t i = band.firstFoot; i < band.endFoot; ++i)
+        {
+            const TubeFoot& foot = footAt(i);
+            if (low > foot.high || high < foot.low)
+                continue;
+            const double way = nearestTurn(angle - foot.angle);
+            const double room = kSliver * facet / foot.radius;
+            if (way < reachOf(outlineOf(plan_, foot), {1, 0}, 1) + room &&
+                way > -reachOf(outlineOf(plan_, foot), {-1, 0}, 1) - room)
+                return false;
+        }
+        return true;
+    }
+
+    /// True if a ring of the host lies there.
+    [[nodiscard]] bool isOwn(double level) const
+    {
+        const std::size_t i = host_.ringBefore(level);
+        return alongOf(i) == level || alongOf(i + 1) == level;
+    }
+
+    /// Like `insert`, exactly on a column. The point's number.
+    std::uint32_t insertColumn(std::uint32_t column, double angle, double along)
     {
         UnrolledPoint point = unrolled(angle, along);
         point.x = kUnrolledTurn * column / host_.sides;
-        if (point.y <= 0 || point.y >= height_ || plan_.triangulation.insert(point) == SheetTriangulation::kNoPoint)
-            return false;
+        if (point.y <= 0 || point.y >= height_)
+            return SheetTriangulation::kNoPoint;
+        const std::uint32_t number = plan_.triangulation.insert(point);
+        if (number == SheetTriangulation::kNoPoint)
+            return number;
         SheetPoint place = host_.pointAt(0, along);
         place.column = column;
         plan_.points.push_back(place);
-        return true;
+        return number;
     }
 
     double distanceToFeet(const Band& band, double angle, double along, double facet)
