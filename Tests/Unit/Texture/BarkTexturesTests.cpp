@@ -1,8 +1,10 @@
 #include <Espalier/Texture/MaterialTextures.h>
 
+#include <Espalier/Core/Hash.h>
 #include <Espalier/Texture/Srgb.h>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <span>
 
 namespace espalier {
 namespace {
@@ -170,6 +172,21 @@ TEST(BarkTextures, KindsDiffer)
         for (const BarkKind other : kKinds)
             EXPECT_EQ(makeBarkTextures(barkOf(one), 32).normal == makeBarkTextures(barkOf(other), 32).normal,
                       one == other);
+}
+
+// Whoever changes how bark looks changes these, on purpose.
+TEST(BarkTextures, AreTheSameBytesWithEveryCompiler)
+{
+    constexpr std::uint64_t kExpected[] = {0x872b37ffc46ea687u, 0x0b991f5c065f010du, 0x31f5f5efa2238410u,
+                                           0xdd206e5887d41089u, 0xb53fef2634cabae3u};
+    for (std::size_t kind = 0; kind < std::size(kKinds); ++kind)
+    {
+        const MaterialTextures textures = makeBarkTextures(barkOf(kKinds[kind]), 64);
+        Hash64 hashed;
+        for (const Image* image : {&textures.colour, &textures.normal, &textures.roughness})
+            hashed.values(std::span<const std::uint8_t>(image->texels));
+        EXPECT_EQ(hexDigits(hashed.result()), hexDigits(kExpected[kind])) << kind;
+    }
 }
 
 } // namespace espalier

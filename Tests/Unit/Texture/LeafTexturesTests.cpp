@@ -1,9 +1,11 @@
 #include <Espalier/Texture/MaterialTextures.h>
 
+#include <Espalier/Core/Hash.h>
 #include <Espalier/Species/LeafOutline.h>
 #include <Espalier/Texture/Srgb.h>
 #include <cmath>
 #include <gtest/gtest.h>
+#include <span>
 
 namespace espalier {
 namespace {
@@ -244,6 +246,36 @@ TEST(LeafTextures, AreTheSameBytesFromAnyNumberOfThreads)
         EXPECT_EQ(once.normal, again.normal) << named.name;
         EXPECT_EQ(once.roughness, again.roughness) << named.name;
     }
+}
+
+// Whoever changes how leaves look changes these, on purpose.
+TEST(LeafTextures, AreTheSameBytesWithEveryCompiler)
+{
+    struct Case
+    {
+        LeafShape shape;
+        std::uint64_t one, spray;
+    };
+    constexpr Case kCases[] = {{LeafShape::Ovate, 0x20ab90761eb3aeb9u, 0x27c594a1a815acbdu},
+                               {LeafShape::Lobed, 0xc613436410e2c7a7u, 0x89b3099b5ae346c4u},
+                               {LeafShape::Lanceolate, 0x215c0d67e935fc8cu, 0x7f3c2a7cbaa3cfffu},
+                               {LeafShape::Deltoid, 0xc0ef72cddf781ed6u, 0x37bea9648c01447bu},
+                               {LeafShape::Linear, 0x2541834842f53394u, 0xb2a5c646ef664667u},
+                               {LeafShape::Needle, 0x79d08753a71204d9u, 0x6db6fe3e562ff994u},
+                               {LeafShape::Blossom, 0x0275bc4566e5403bu, 0x0275bc4566e5403bu}};
+    for (const Case& c : kCases)
+        for (const std::uint32_t leaves : {1u, 9u})
+        {
+            LeafAppearance leaf;
+            leaf.shape = c.shape;
+            leaf.leaves = leaves;
+            const MaterialTextures textures = makeLeafTextures(leaf, 64);
+            Hash64 hashed;
+            for (const Image* image : {&textures.colour, &textures.normal, &textures.roughness})
+                hashed.values(std::span<const std::uint8_t>(image->texels));
+            EXPECT_EQ(hexDigits(hashed.result()), hexDigits(leaves == 1 ? c.one : c.spray))
+                << static_cast<int>(c.shape) << ", " << leaves;
+        }
 }
 
 } // namespace espalier
