@@ -56,7 +56,7 @@ const std::vector<ForeignHeader> kForeignHeaders = {
     {"nlohmann/", {"Core", "Bake"}},
     {"embree3/", {"Overlap", "Render"}},
     {"tiny_gltf.h", {"Bake"}},
-    {"stb_", {"Texture"}},
+    {"stb_", {"Bake", "Texture"}},
     // The processor.
     {"emmintrin.h", {"Core"}},
     // The operating system.
