@@ -111,6 +111,7 @@ void addAttempt(CLI::App& verb, std::optional<std::uint32_t>& attempt);
 /// A progress bar on stderr if that is a terminal; nothing otherwise.
 [[nodiscard]] Progress terminalProgress();
 
+void addAppearance(CLI::App& app);
 void addCheck(CLI::App& app);
 void addCompare(CLI::App& app);
 void addDerive(CLI::App& app);

@@ -1,4 +1,5 @@
 #include "Input.h"
+#include "Look.h"
 
 #include <Espalier/Bake/Gltf.h>
 #include <Espalier/Bake/Swc.h>
@@ -21,6 +22,7 @@ struct GrowCommand
     std::optional<std::uint32_t> iterations;
     std::optional<std::uint32_t> attempt;
     std::uint32_t level = 0; // of detail
+    LookOptions look;
     bool skeleton = false;
     bool json = false;
 };
@@ -43,8 +45,12 @@ public:
     PlantWriter(const GrowCommand& command, const SeedRange& range)
         : command_(command), range_(range), writesSkeletons_(wantsSkeletons(command)),
           grower_(command.species, command.iterations, range.exemplar, command.attempt),
-          info_{grower_.species().name, writesSkeletons_ ? 0 : hashOf(grower_.species()), {}}
-    {}
+          appearance_(grower_.species().appearance), info_{grower_.species().name,
+                                                           writesSkeletons_ ? 0 : hashOf(grower_.species()),
+                                                           {}}
+    {
+        command_.look.applyTo(appearance_);
+    }
 
     /// What it comes to: segments, what a mesh has, and the attempt.
     nlohmann::ordered_json write(Seed seed, const std::filesystem::path& path)
@@ -76,13 +82,13 @@ private:
 
     nlohmann::ordered_json writeMesh(Seed seed, const std::string& label, const std::filesystem::path& path)
     {
-        const Appearance& appearance = grower_.species().appearance;
         mesh_.clear();
-        const DetailLevel level = meshDetailLevel(skeleton_, appearance, command_.level, {}, Limits{}, scratch_, mesh_);
+        const DetailLevel level =
+            meshDetailLevel(skeleton_, appearance_, command_.level, {}, Limits{}, scratch_, mesh_);
         if (!isMeshedOrFail(level.result, label, command_.species))
             failEmpty();
         info_.seed = range_.exemplar ? std::nullopt : std::optional(seed);
-        orFail(writeGlb(path, mesh_, appearance, info_));
+        orFail(writeGlb(path, mesh_, appearance_, info_));
         nlohmann::ordered_json facts{{"segments", skeleton_.size()},
                                      {"vertices", mesh_.positions.size()},
                                      {"triangles", mesh_.indices.size() / 3}};
@@ -95,6 +101,7 @@ private:
     const SeedRange& range_;
     bool writesSkeletons_;
     SeededGrower grower_;
+    Appearance appearance_;
     BakeInfo info_;
     DetailScratch scratch_;
     Skeleton skeleton_;
@@ -163,6 +170,7 @@ void addGrow(CLI::App& app)
                      "Level of detail: 0 the full plant, each further one half as many triangles")
         ->check(CLI::Range(0u, kMostDetailLevel))
         ->capture_default_str();
+    command->look.addTo(*verb);
     verb->add_flag("--json", command->json, "One JSON document with the files, their sizes and the attempt");
     verb->callback([command] { growPlants(*command); });
 }

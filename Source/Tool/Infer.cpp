@@ -1,4 +1,4 @@
-#include "Command.h"
+#include "Look.h"
 
 #include <Espalier/Core/Json.h>
 #include <Espalier/Inference/Inference.h>
@@ -27,6 +27,7 @@ struct InferOptions
     std::optional<std::string> spatial;
     std::optional<bool> mirror;
     std::string name;
+    std::string appearance; ///< A file; empty: as the species looked before, or bare wood.
     bool trace = false;
     bool explain = false;
     bool fresh = false;
@@ -241,6 +242,8 @@ void infer(InferOptions options)
         return;
     if (former)
         carry(*former, species, options.output);
+    if (!options.appearance.empty())
+        dress(species.appearance, loadLook(options.appearance));
     orFail(saveSpecies(options.output, species, authoringLimits()));
     if (!options.trace && !options.explain)
         std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances"
@@ -282,6 +285,9 @@ void addInfer(CLI::App& app)
             "default: 0.1")
         ->check(CLI::Range(0.0, 1.0));
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
+    verb->add_option("--appearance", options->appearance,
+                     "A.appearance, or a species that it shall look like: bark, leaves, seasons, wind, colours")
+        ->check(CLI::ExistingFile);
     verb->add_option("--weights", options->weights,
                      "kin: how often each archetype counts, 1..1000, such as 3,1; default: all alike")
         ->delimiter(',')

@@ -20,6 +20,7 @@ int main(int argc, char** argv)
     addInfer(app);
     addCompare(app);
     addGrammar(app);
+    addAppearance(app);
     addGrow(app);
     addMeasure(app);
     addOverlap(app);

@@ -1,4 +1,5 @@
 #include "Input.h"
+#include "Look.h"
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
@@ -57,6 +58,8 @@ struct RenderCommand
     std::optional<double> elevationDegrees;
     double linePixels = 0;
     bool paper = false;
+    std::vector<float> focus; ///< x, y, z, radius
+    LookOptions look;
     std::string levels = "0"; ///< Of detail.
 };
 
@@ -87,6 +90,7 @@ struct Gallery
         if (command.linePixels > 0)
             meshSettings.tubes = lineTubes();
         appearances.push_back(std::make_unique<Appearance>(input.appearance()));
+        command.look.applyTo(*appearances.back());
         if (command.paper && command.linePixels > 0)
             dipInInk(*appearances.back());
         const Appearance* shown = appearances.back().get();
@@ -156,6 +160,12 @@ void render(const RenderCommand& command)
         settings.fieldOfView = 0.1f; // from afar, as drawings are: a long row is not seen at a slant at its ends
     }
 
+    if (!command.focus.empty())
+    {
+        settings.focus = {command.focus[0], command.focus[1], command.focus[2]};
+        settings.focusRadius = command.focus[3];
+    }
+
     // Two inputs of one kind need names; a drawn tree and its species do not.
     const auto kinds = [&](InputKind kind) {
         return std::ranges::count(command.inputs, kind, [](const std::string& path) { return kindOf(path); });
@@ -217,6 +227,12 @@ void addRender(CLI::App& app)
         ->check(CLI::Range(-360.0, 360.0));
     verb->add_option("--elevation", command->elevationDegrees, "Degrees above the horizon (-5; with --paper 0)")
         ->check(CLI::Range(-80.0, 80.0));
+    verb->add_option(
+            "--focus", command->focus,
+            "A close-up: X,Y,Z,RADIUS in metres; the plant stands at the origin, Y is up, the camera at azimuth 0 "
+            "looks along -Z")
+        ->delimiter(',')
+        ->expected(4);
     verb->add_flag("--paper", command->paper, "As a figure in a book: on blank paper, lit softly; with --lines in ink");
     verb->add_option("--lines", command->linePixels,
                      "As a line drawing, for curves that are no trees: sharp corners, lines of N pixels; where the "
@@ -228,6 +244,7 @@ void addRender(CLI::App& app)
             "A level of detail, 0 the full plant, each further one half as many triangles; or a range, such as "
             "0..4")
         ->capture_default_str();
+    command->look.addTo(*verb);
     command->templates.addTo(*verb);
     verb->callback([command] { render(*command); });
 }

@@ -512,6 +512,11 @@ Expected<void> JsonDocument::Value::requireObject(std::string_view role) const
 Expected<void> JsonDocument::Value::requireObject(std::string_view role,
                                                   std::initializer_list<std::string_view> keys) const
 {
+    return requireObject(role, std::span(keys.begin(), keys.size()));
+}
+
+Expected<void> JsonDocument::Value::requireObject(std::string_view role, std::span<const std::string_view> keys) const
+{
     if (auto isObject = requireObject(role); !isObject)
         return isObject;
     for (std::uint32_t child = node().first; child != kNone; child = document_->nodes_[child].next)
@@ -524,7 +529,7 @@ Expected<void> JsonDocument::Value::requireObject(std::string_view role,
             known.append(known.empty() ? "" : ", ").append(key);
         return failure(ErrorKind::BadInput, value.whereKey(),
                        std::string(role) + " has the unknown key " + quoteJson(shortened(value.key())),
-                       keys.size() == 0 ? "no keys" : "only " + known);
+                       keys.empty() ? "no keys" : "only " + known);
     }
     return {};
 }

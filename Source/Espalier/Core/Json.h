@@ -3,6 +3,7 @@
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Limits.h>
 #include <initializer_list>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -49,6 +50,7 @@ public:
         /// An object whose keys are all among `keys`; an unknown one is an error that lists them.
         [[nodiscard]] Expected<void> requireObject(std::string_view role,
                                                    std::initializer_list<std::string_view> keys) const;
+        [[nodiscard]] Expected<void> requireObject(std::string_view role, std::span<const std::string_view> keys) const;
         [[nodiscard]] Expected<void> requireObject(std::string_view role) const; ///< Any keys.
 
         /// Elements of an array, values of an object, in the file's order; empty for other types.

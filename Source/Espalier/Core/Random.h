@@ -22,6 +22,7 @@ enum class Purpose : std::uint32_t
     Shuffle = 4,
     Sampling = 5, ///< Rays of a picture, probes of a test.
     SmoothTransform = 6,
+    Foliage = 7, ///< Where leaves are missing, and how each differs from the next.
 };
 
 /// A place in a tree of choices under a seed: randomness is a pure function of (seed, path, purpose, counter).

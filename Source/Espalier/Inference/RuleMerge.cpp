@@ -663,10 +663,9 @@ CarriedEdits carryEdits(const Species& before, Species& inferred, const GrowOpti
 {
     CarriedEdits carried;
     // What is not inferred is somebody's, without being asked.
-    inferred.appearance.bark = before.appearance.bark;
-    inferred.appearance.palette = before.appearance.palette;
-    if (hasEditedPipes(before))
-        inferred.appearance.pipes = before.appearance.pipes;
+    const PipeModel pipes = hasEditedPipes(before) ? before.appearance.pipes : inferred.appearance.pipes;
+    inferred.appearance = before.appearance;
+    inferred.appearance.pipes = pipes;
     const std::vector<EditConflict> formerConflicts = before.conflicts;
     if (hasEdits(before))
     {

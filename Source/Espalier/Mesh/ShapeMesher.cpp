@@ -1,5 +1,6 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Mesh/AxisCurve.h>
+#include <Espalier/Mesh/BallPattern.h>
 #include <Espalier/Mesh/PartCursors.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/ShapeMesher.h>
@@ -79,19 +80,9 @@ struct Counts
     std::uint64_t indices = 0;
 };
 
-std::uint32_t stacksOf(const ShapeSettings& settings)
+BallPattern ballOf(const ShapeSettings& settings)
 {
-    return settings.sphereSides / 2u;
-}
-
-std::uint64_t sphereVertices(const ShapeSettings& settings)
-{
-    return std::uint64_t{settings.sphereSides + 1u} * (stacksOf(settings) + 1);
-}
-
-std::uint64_t sphereIndices(const ShapeSettings& settings)
-{
-    return std::uint64_t{6} * settings.sphereSides * (stacksOf(settings) - 1);
+    return {.sides = settings.sphereSides, .stacks = settings.sphereSides / 2u};
 }
 
 /// The most that can be needed, known before anything is planned.
@@ -105,8 +96,8 @@ Counts boundsOf(const Skeleton& skeleton, const ShapeSettings& settings)
         std::ranges::count_if(skeleton.spheres, [](const SkeletonSphere& sphere) { return isSeen(sphere); }));
     const auto organs = static_cast<std::uint64_t>(
         std::ranges::count_if(skeleton.organs, [](const SkeletonOrgan& organ) { return isSeen(organ); }));
-    most.vertices += spheres * sphereVertices(settings) + organs * kLeafVertices;
-    most.indices += spheres * sphereIndices(settings) + organs * kLeafIndices;
+    most.vertices += spheres * ballOf(settings).vertexCount() + organs * kLeafVertices;
+    most.indices += spheres * ballOf(settings).indexCount() + organs * kLeafIndices;
     return most;
 }
 
@@ -241,36 +232,16 @@ public:
         cursors_.advance(shape.colour, index);
     }
 
-    /// Rows from pole to pole; the poles have a vertex for each triangle at them, so that all tangents run round.
     void writeSphere(const SkeletonSphere& sphere, std::uint32_t colour)
     {
-        const std::uint32_t sides = settings_.sphereSides;
-        const std::uint32_t stacks = stacksOf(settings_);
+        const BallPattern ball = ballOf(settings_);
         const std::uint32_t first = vertex_;
-        for (std::uint32_t i = 0; i <= stacks; ++i)
-        {
-            const math::SinCos polar = math::sinCosDegrees(180.0 * i / stacks);
-            for (std::uint32_t j = 0; j <= sides; ++j)
-            {
-                const math::SinCos round = math::sinCosDegrees(360.0 * (j % sides) / sides);
-                const DVec3 outward(polar.sin * round.sin, -polar.cos, polar.sin * round.cos);
-                const DVec3 along(round.cos, 0, -round.sin);
-                const Vec2 uv(static_cast<float>(j) / static_cast<float>(sides),
-                              static_cast<float>(i) / static_cast<float>(stacks));
-                addVertex(sphere.centre + sphere.radius * Vec3(outward), Vec3(outward), Vec3(along), uv);
-            }
-        }
+        ball.eachVertex([&](const Vec3& outward, const Vec3& along, const Vec2& uv) {
+            addVertex(sphere.centre + sphere.radius * outward, outward, along, uv);
+        });
         open(colour);
-        for (std::uint32_t i = 0; i < stacks; ++i)
-            for (std::uint32_t j = 0; j < sides; ++j)
-            {
-                const std::uint32_t low = first + i * (sides + 1) + j;
-                const std::uint32_t high = low + sides + 1;
-                if (i > 0)
-                    addTriangle(low, low + 1, high + 1);
-                if (i + 1 < stacks)
-                    addTriangle(low, high + 1, high);
-            }
+        ball.eachTriangle(
+            [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) { addTriangle(first + a, first + b, first + c); });
         close(colour);
     }
 
@@ -392,8 +363,8 @@ MeshResult meshShapes(const Skeleton& skeleton, const Appearance& appearance, co
     {
         if (!isSeen(sphere))
             continue;
-        vertices += sphereVertices(kept);
-        cursors.count(colourFor(sphere.material), sphereIndices(kept));
+        vertices += ballOf(kept).vertexCount();
+        cursors.count(colourFor(sphere.material), ballOf(kept).indexCount());
     }
     for (const SkeletonOrgan& organ : skeleton.organs)
     {

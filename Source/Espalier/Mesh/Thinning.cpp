@@ -27,6 +27,8 @@ public:
         markCorners();
         thinned_.clear();
         scratch_.thinnedOf.assign(full_.size(), kNoSegment);
+        scratch_.fullOf.clear();
+        scratch_.organOf.clear();
         for (const ThinningScratch::Axis& axis : scratch_.axes)
             if (axis.isKept)
                 layOut(axis);
@@ -123,6 +125,7 @@ private:
             const Vec3 heading = first == last || !(length > 0) ? full_.headings[first] : way / length;
             const Vec3 across = full_.lefts[first] - glm::dot(full_.lefts[first], heading) * heading;
             const float width = glm::length(across);
+            scratch_.fullOf.push_back(first);
             thinned_.starts.push_back(full_.starts[first]);
             thinned_.ends.push_back(full_.ends[last]);
             thinned_.headings.push_back(heading);
@@ -154,7 +157,10 @@ private:
 
     void keepShapes()
     {
+        std::uint32_t number = 0; // as meshShapes counts
         for (SkeletonPolygon polygon : full_.polygons)
+        {
+            const std::uint32_t organ = number++;
             if (const float larger = growth(polygon.segment); larger > 0)
             {
                 const Vec3 foot = full_.corners[polygon.firstCorner];
@@ -164,19 +170,29 @@ private:
                     thinned_.corners.push_back(foot + larger * (full_.corners[i] - foot));
                 polygon.firstCorner = firstCorner;
                 thinned_.polygons.push_back(polygon);
+                scratch_.organOf.push_back(organ);
             }
+        }
         for (SkeletonSphere sphere : full_.spheres)
+        {
+            const std::uint32_t organ = number++;
             if (const float larger = growth(sphere.segment); larger > 0)
             {
                 sphere.radius *= larger;
                 thinned_.spheres.push_back(sphere);
+                scratch_.organOf.push_back(organ);
             }
-        for (SkeletonOrgan organ : full_.organs)
-            if (const float larger = growth(organ.segment); larger > 0)
+        }
+        for (SkeletonOrgan place : full_.organs)
+        {
+            const std::uint32_t organ = number++;
+            if (const float larger = growth(place.segment); larger > 0)
             {
-                organ.size *= larger;
-                thinned_.organs.push_back(organ);
+                place.size *= larger;
+                thinned_.organs.push_back(place);
+                scratch_.organOf.push_back(organ);
             }
+        }
     }
 
     const Skeleton& full_;
@@ -192,7 +208,22 @@ void thinSkeleton(const Skeleton& full, float error, ThinningScratch& scratch, S
     if (error > 0)
         Thinner(full, error, scratch, thinned).thin();
     else
+    {
         thinned = full;
+        scratch.fullOf.clear();
+        scratch.organOf.clear();
+    }
+}
+
+void nameFullSources(const ThinningScratch& scratch, TreeMesh& mesh) noexcept
+{
+    for (VertexSource& source : mesh.sources)
+    {
+        if (source.segment < scratch.fullOf.size())
+            source.segment = scratch.fullOf[source.segment];
+        if (source.organ < scratch.organOf.size())
+            source.organ = scratch.organOf[source.organ];
+    }
 }
 
 MeshSettings coarserBy(float error, MeshSettings settings)
@@ -203,6 +234,7 @@ MeshSettings coarserBy(float error, MeshSettings settings)
     settings.tubes.minSides = 3;
     settings.tubes.chordError = std::max(settings.tubes.chordError, 0.5f * error);
     settings.tubes.maxRingAngle = std::max(settings.tubes.maxRingAngle, kBluntAngle);
+    settings.leaves.error = std::max(settings.leaves.error, error);
     settings.shapes.sphereSides = std::min<std::uint16_t>(settings.shapes.sphereSides, 6);
     return settings;
 }

@@ -20,6 +20,8 @@ struct ThinningScratch
     std::vector<std::uint32_t> axisOf;    ///< Of each segment.
     std::vector<std::uint8_t> isNeeded;   ///< Of each segment: its end is a corner that stays.
     std::vector<std::uint32_t> thinnedOf; ///< Of each segment: the one of the thinned plant that it is in.
+    std::vector<std::uint32_t> fullOf;    ///< Of each segment of the thinned plant: the first of those in it.
+    std::vector<std::uint32_t> organOf;   ///< Of each shape that the thinned plant draws: its number in the full one.
 };
 
 /// A plant with less detail, for the distance at which `error` metres are about a pixel. `thinned` must not be `full`.
@@ -35,6 +37,10 @@ struct ThinningScratch
 /// An error that is not positive changes nothing. The plant needs its axes (completeAxes) and must be sound (isSound);
 /// so is what comes out. Equal input gives equal bytes. Safe to call concurrently on different scratches and plants.
 void thinSkeleton(const Skeleton& full, float error, ThinningScratch& scratch, Skeleton& thinned);
+
+/// Makes the sources of a mesh of the thinned plant name segments and organs of the full one. `scratch` is as the call
+/// of thinSkeleton left it.
+void nameFullSources(const ThinningScratch& scratch, TreeMesh& mesh) noexcept;
 
 /// Settings for meshing a plant that was thinned by `error`: facets and rings no finer than it.
 [[nodiscard]] MeshSettings coarserBy(float error, MeshSettings settings = {});

@@ -6,19 +6,27 @@
 namespace espalier {
 namespace {
 
-struct MeshSizes
+/// A mesh as it was.
+class Bookmark
 {
-    std::size_t vertices;
-    std::size_t indices;
-    std::size_t parts;
-};
+public:
+    explicit Bookmark(const TreeMesh& mesh)
+        : vertices_(mesh.positions.size()), tints_(mesh.tints.size()), sources_(mesh.sources.size()),
+          indices_(mesh.indices.size()), parts_(mesh.parts.size())
+    {}
 
-void shrink(const MeshSizes& to, TreeMesh& mesh)
-{
-    mesh.resizeVertices(to.vertices, {});
-    mesh.indices.resize(to.indices);
-    mesh.parts.resize(to.parts);
-}
+    void restore(TreeMesh& mesh) const
+    {
+        mesh.resizeVertices(vertices_, {});
+        mesh.tints.resize(tints_);
+        mesh.sources.resize(sources_);
+        mesh.indices.resize(indices_);
+        mesh.parts.resize(parts_);
+    }
+
+private:
+    std::size_t vertices_, tints_, sources_, indices_, parts_;
+};
 
 /// Tints where the species has any; they are all or nothing.
 MeshStreams streamsFor(const Appearance& appearance, const MeshSettings& settings)
@@ -29,10 +37,10 @@ MeshStreams streamsFor(const Appearance& appearance, const MeshSettings& setting
 
 } // namespace
 
-MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
+MeshResult meshBare(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
                     const Limits& limits, MeshScratch& scratch, TreeMesh& mesh)
 {
-    const MeshSizes before{mesh.positions.size(), mesh.indices.size(), mesh.parts.size()};
+    const Bookmark before(mesh);
     TubeSettings tubes = settings.tubes;
     const std::size_t entries = std::clamp<std::size_t>(appearance.palette.size(), 1, kMaxPalette);
     tubes.colours = std::min(tubes.colours, static_cast<std::uint16_t>(entries));
@@ -46,8 +54,36 @@ MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, cons
     if (shapes == MeshResult::EmptySkeleton)
         return wood;
     if (shapes != MeshResult::Ok)
-        shrink(before, mesh);
+        before.restore(mesh);
     return shapes;
+}
+
+LeafSettings leafSettingsOf(const Skeleton& skeleton, const MeshSettings& settings) noexcept
+{
+    LeafSettings leaves = settings.leaves;
+    leaves.streams = {.tints = true, .sources = settings.sources};
+    leaves.firstOrgan =
+        static_cast<std::uint32_t>(skeleton.polygons.size() + skeleton.spheres.size() + skeleton.organs.size());
+    return leaves;
+}
+
+MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
+                    const Limits& limits, MeshScratch& scratch, TreeMesh& mesh)
+{
+    const Bookmark before(mesh);
+    const MeshResult bare = meshBare(skeleton, appearance, settings, limits, scratch, mesh);
+    if (bare != MeshResult::Ok && bare != MeshResult::EmptySkeleton)
+        return bare;
+    MeshResult leaves =
+        placeLeaves(skeleton, appearance.leaves, settings.tubes.smoothing, limits, scratch.placing, scratch.foliage);
+    if (leaves == MeshResult::Ok)
+        leaves = meshLeaves(scratch.foliage, appearance.leaves, leafSettingsOf(skeleton, settings), limits,
+                            scratch.leaves, mesh);
+    if (leaves == MeshResult::EmptySkeleton)
+        return bare;
+    if (leaves != MeshResult::Ok)
+        before.restore(mesh);
+    return leaves;
 }
 
 Expected<TreeMesh> meshTree(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,

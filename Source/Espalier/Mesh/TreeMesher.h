@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Espalier/Core/Error.h>
+#include <Espalier/Mesh/Foliage.h>
+#include <Espalier/Mesh/LeafMesher.h>
 #include <Espalier/Mesh/ShapeMesher.h>
 #include <Espalier/Mesh/TubeMesher.h>
 
@@ -11,6 +13,7 @@ struct MeshSettings
 {
     TubeSettings tubes{};
     ShapeSettings shapes{};
+    LeafSettings leaves{};
     bool sources = false; ///< Fill TreeMesh::sources: wind, picking and cutting want them.
 };
 
@@ -19,13 +22,25 @@ struct MeshScratch
 {
     TubeScratch tubes;
     ShapeScratch shapes;
+    FoliageScratch placing;
+    Foliage foliage; ///< After a successful call, what meshTree placed: for tests and drawings of it.
+    LeafScratch leaves;
 };
 
-/// Appends the whole plant to `mesh`: the tubes of its segments (meshTubes), then its leaves, petals and berries
-/// (meshShapes). EmptySkeleton only if it has neither. At most one part for each material and entry of the palette.
-/// Equal input gives equal bytes. Safe to call concurrently on different meshes and scratches.
+/// Appends the whole plant to `mesh`: the tubes of its segments (meshTubes), the petals, berries and organs that it
+/// draws (meshShapes), then the species' foliage (placeLeaves, meshLeaves). EmptySkeleton only if it has none of them.
+/// At most one part for each material and entry of the palette or kind of leaf. Streams and numbers of organs among
+/// `settings` are filled in: leaves are numbered after all that the skeleton draws. Equal input gives equal bytes. Safe
+/// to call concurrently on different meshes and scratches.
 [[nodiscard]] MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
                                   const Limits& limits, MeshScratch& scratch, TreeMesh& mesh);
+
+/// The same without the species' foliage, but with the streams that it needs.
+[[nodiscard]] MeshResult meshBare(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
+                                  const Limits& limits, MeshScratch& scratch, TreeMesh& mesh);
+
+/// Settings for the foliage of `skeleton`, streams and numbers of organs filled in.
+[[nodiscard]] LeafSettings leafSettingsOf(const Skeleton& skeleton, const MeshSettings& settings) noexcept;
 
 /// The same for one plant, in memory of its own.
 [[nodiscard]] Expected<TreeMesh> meshTree(const Skeleton& skeleton, const Appearance& appearance,

@@ -1,23 +1,9 @@
 #include <Espalier/Render/Picture.h>
 
+#include <Espalier/Texture/Image.h>
 #include <algorithm>
 #include <array>
 #include <limits>
-
-#if defined(__GNUC__)
-#pragma GCC diagnostic push
-#pragma GCC diagnostic ignored "-Wunused-function"
-#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
-#pragma GCC diagnostic ignored "-Wconversion"
-#pragma GCC diagnostic ignored "-Wsign-conversion"
-#pragma GCC diagnostic ignored "-Wshadow"
-#endif
-#define STB_IMAGE_WRITE_STATIC
-#define STB_IMAGE_WRITE_IMPLEMENTATION
-#include <stb_image_write.h>
-#if defined(__GNUC__)
-#pragma GCC diagnostic pop
-#endif
 
 namespace espalier {
 
@@ -136,11 +122,6 @@ float distanceTo(const Stroke& stroke, Vec2 point)
     return glm::length(point - stroke.from - std::clamp(t, 0.0f, 1.0f) * along);
 }
 
-void appendBytes(void* context, void* data, int size)
-{
-    static_cast<std::string*>(context)->append(static_cast<const char*>(data), static_cast<std::size_t>(size));
-}
-
 } // namespace
 
 void paste(const Picture& source, std::uint32_t x, std::uint32_t y, Picture& target)
@@ -185,10 +166,7 @@ void drawText(std::string_view text, std::uint32_t x, std::uint32_t y, std::uint
 
 std::string encodePng(const Picture& picture)
 {
-    std::string bytes;
-    stbi_write_png_to_func(appendBytes, &bytes, static_cast<int>(picture.width), static_cast<int>(picture.height), 3,
-                           picture.rgb.data(), static_cast<int>(3 * picture.width));
-    return bytes;
+    return encodePng(Image{picture.width, picture.height, 3, picture.rgb});
 }
 
 } // namespace espalier

@@ -5,6 +5,7 @@
 #include <Espalier/Render/Bark.h>
 #include <Espalier/Render/Render.h>
 #include <Espalier/Species/Appearance.h>
+#include <Espalier/Texture/AppearanceTextures.h>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -93,24 +94,67 @@ struct PreviewScene::Surface
     Vec3 through{0}; ///< Share of the light from behind that comes out here; 0 if it is opaque.
     Vec3 behind{0};  ///< Where rays to the lights behind it begin.
     Vec3 toViewer{0};
+    bool isThin = false; ///< Light comes to both sides.
 };
 
-PreviewScene::PreviewScene(const TreeMesh& mesh, const Appearance& appearance, const Surroundings& surroundings)
+/// One point of a triangle and how its texture lies on it.
+struct PreviewScene::Facet
+{
+    Vec3 at;
+    Vec3 normal; ///< Interpolated, unit.
+    Vec2 uv;
+    Vec3 tint{1};
+    Vec3 alongU{0}; ///< Metres per repeat of the texture; 0 where it has no extent.
+    Vec3 alongV{0};
+
+    /// `own` in the tangent space of the texture, as a direction.
+    [[nodiscard]] Vec3 bent(Vec3 own) const
+    {
+        const Vec3 level = alongU - normal * glm::dot(normal, alongU);
+        const float length = glm::length(level);
+        if (!(length > 0))
+            return normal;
+        const Vec3 tangent = level / length;
+        const Vec3 across = glm::cross(normal, tangent);
+        const Vec3 bitangent = glm::dot(across, alongV) < 0 ? -across : across;
+        return glm::normalize(own.x * tangent + own.y * bitangent + std::max(own.z, 0.05f) * normal);
+    }
+};
+
+PaintBox::PaintBox(AppearanceTextures textures) : bark(std::move(textures.bark), TextureWrap::Repeat)
+{
+    for (MaterialTextures& leaf : textures.leaves)
+        leaves.emplace_back(std::move(leaf), TextureWrap::Clamp);
+}
+
+PreviewScene::PreviewScene(const TreeMesh& mesh, const Appearance& appearance, const PaintBox& paintBox,
+                           const Surroundings& surroundings)
     : mesh_(mesh), toSun_(surroundings.toSun), base_(surroundings.base), size_(static_cast<float>(surroundings.size)),
       sunSlope_(static_cast<float>(math::tan(surroundings.sunRadius))),
       onPaper_(surroundings.backdrop == Backdrop::Paper)
 {
+    const auto triangles = static_cast<std::uint32_t>(mesh.indices.size() / 3);
+    firstLeafTriangle_ = triangles;
     std::uint32_t covered = 0;
     for (const MeshPart& part : mesh.parts)
     {
         if (part.firstIndex != covered)
             break;
         covered += part.indexCount;
-        const bool isTwoSided = part.material == MeshMaterial::Surface;
-        const Finish finish = isTwoSided ? Finish::TwoSided : part.colour == 0 ? Finish::Bark : Finish::Rind;
-        paints_.push_back({covered / 3, colourOf(part, appearance), finish});
+        const Vec3 colour = colourOf(part, appearance);
+        if (part.material == MeshMaterial::Leaves && part.colour < paintBox.leaves.size())
+        {
+            firstLeafTriangle_ = std::min(firstLeafTriangle_, part.firstIndex / 3);
+            paints_.push_back({covered / 3, colour, Finish::Leaf, &paintBox.leaves[part.colour],
+                               appearance.leaves[part.colour].translucency});
+        }
+        else if (part.material == MeshMaterial::Bark)
+            paints_.push_back({covered / 3, colour, part.colour == 0 ? Finish::Bark : Finish::Rind, &paintBox.bark, 0});
+        else
+            paints_.push_back({covered / 3, colour, Finish::TwoSided, nullptr, LeafAppearance{}.translucency});
     }
-    paints_.push_back({std::numeric_limits<std::uint32_t>::max(), appearance.bark.colour, Finish::Bark});
+    paints_.push_back(
+        {std::numeric_limits<std::uint32_t>::max(), appearance.bark.colour, Finish::Bark, &paintBox.bark, 0});
     halfShade_ = meanColour() * kHalfShade;
 
     completeFrame(toSun_, sunRight_, sunUp_);
@@ -126,21 +170,55 @@ PreviewScene::PreviewScene(const TreeMesh& mesh, const Appearance& appearance, c
         return;
     scene_ = rtcNewScene(device_);
     rtcSetSceneFlags(scene_, RTC_SCENE_FLAG_ROBUST); // no light between neighbouring triangles
+    // Apart, for only leaves need to be asked whether a ray passes through a hole in them.
+    addGeometry(0, firstLeafTriangle_);
+    addGeometry(firstLeafTriangle_, triangles);
+    rtcCommitScene(scene_);
+    ready_ = rtcGetDeviceError(device_) == RTC_ERROR_NONE;
+}
+
+/// Geometry 0 is what is opaque, geometry 1 leaves.
+void PreviewScene::addGeometry(std::uint32_t firstTriangle, std::uint32_t endTriangle)
+{
     const RTCGeometry geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
     void* vertices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, sizeof(Vec3),
-                                             mesh.positions.size());
-    void* indices = rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
-                                            3 * sizeof(std::uint32_t), mesh.indices.size() / 3);
+                                             mesh_.positions.size());
+    const std::size_t count = endTriangle - firstTriangle;
+    void* indices = count == 0 ? nullptr
+                               : rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3,
+                                                         3 * sizeof(std::uint32_t), count);
     if (vertices && indices)
     {
-        std::memcpy(vertices, mesh.positions.data(), mesh.positions.size() * sizeof(Vec3));
-        std::memcpy(indices, mesh.indices.data(), mesh.indices.size() * sizeof(std::uint32_t));
+        std::memcpy(vertices, mesh_.positions.data(), mesh_.positions.size() * sizeof(Vec3));
+        std::memcpy(indices, mesh_.indices.data() + std::size_t{3} * firstTriangle, count * 3 * sizeof(std::uint32_t));
+        const bool isLeaves = firstTriangle >= firstLeafTriangle_;
+        if (isLeaves)
+        {
+            rtcSetGeometryUserData(geometry, this);
+            rtcSetGeometryIntersectFilterFunction(geometry, cutLeaves);
+            rtcSetGeometryOccludedFilterFunction(geometry, cutLeaves);
+        }
         rtcCommitGeometry(geometry);
-        rtcAttachGeometry(scene_, geometry);
-        rtcCommitScene(scene_);
-        ready_ = rtcGetDeviceError(device_) == RTC_ERROR_NONE;
+        rtcAttachGeometryByID(scene_, geometry, isLeaves ? 1 : 0);
     }
     rtcReleaseGeometry(geometry);
+}
+
+/// Lets rays through where the texture is transparent. Embree's rays come one at a time here.
+void PreviewScene::cutLeaves(const RTCFilterFunctionNArguments* arguments)
+{
+    if (arguments->valid[0] != -1)
+        return;
+    const auto* scene = static_cast<const PreviewScene*>(arguments->geometryUserPtr);
+    const auto triangle = scene->firstLeafTriangle_ + RTCHitN_primID(arguments->hit, 1, 0);
+    const float u = RTCHitN_u(arguments->hit, 1, 0);
+    const float v = RTCHitN_v(arguments->hit, 1, 0);
+    const std::uint32_t* corner = scene->mesh_.indices.data() + std::size_t{3} * triangle;
+    const std::vector<Vec2>& uvs = scene->mesh_.uvs;
+    const Vec2 uv = (1 - u - v) * uvs[corner[0]] + u * uvs[corner[1]] + v * uvs[corner[2]];
+    constexpr float kCutoff = 0.5f; // as in glTF
+    if (scene->paintOf(triangle).material->alpha(uv) < kCutoff)
+        arguments->valid[0] = 0;
 }
 
 PreviewScene::~PreviewScene()
@@ -156,10 +234,11 @@ Vec3 PreviewScene::paperLight()
     return {0.939f, 0.922f, 0.871f};
 }
 
-Vec3 PreviewScene::radiance(Vec3 origin, Vec3 direction, const LightSample& sample) const
+Vec3 PreviewScene::radiance(Vec3 origin, Vec3 direction, float nearest, const LightSample& sample) const
 {
     RTCRayHit query{};
     query.ray = makeRay(origin, direction);
+    query.ray.tnear = nearest;
     query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
     RTCIntersectContext context;
     rtcInitIntersectContext(&context);
@@ -172,7 +251,8 @@ Vec3 PreviewScene::radiance(Vec3 origin, Vec3 direction, const LightSample& samp
     if (query.hit.geomID != RTC_INVALID_GEOMETRY_ID && query.ray.tfar < toGround)
     {
         const Vec3 faceNormal{query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
-        return litColour(surfaceAt(query.hit.primID, query.hit.u, query.hit.v, faceNormal, direction), sample);
+        const unsigned triangle = query.hit.primID + (query.hit.geomID == 1 ? firstLeafTriangle_ : 0);
+        return litColour(surfaceAt(triangle, query.hit.u, query.hit.v, faceNormal, direction), sample);
     }
     if (onPaper_)
         return paperLight();
@@ -194,31 +274,32 @@ PreviewScene::Surface PreviewScene::surfaceAt(unsigned triangle, float u, float 
                                               Vec3 direction) const
 {
     const std::uint32_t* corner = mesh_.indices.data() + std::size_t{3} * triangle;
-    const Vec3 p0 = mesh_.positions[corner[0]];
-    const Vec3 p1 = mesh_.positions[corner[1]];
-    const Vec3 p2 = mesh_.positions[corner[2]];
-    const Paint& paint = paintOf(triangle);
     const Vec3 n0 = mesh_.normals[corner[0]];
     const Vec3 n1 = mesh_.normals[corner[1]];
     const Vec3 n2 = mesh_.normals[corner[2]];
-    const float w = 1 - u - v;
-    const Vec3 at = w * p0 + u * p1 + v * p2;
-    Vec3 normal = w * n0 + u * n1 + v * n2;
-    const float normalLength = glm::length(normal);
+    const Paint& paint = paintOf(triangle);
     faceNormal = glm::normalize(faceNormal);
-    normal = normalLength > 0 ? normal / normalLength : faceNormal;
+    const Facet facet = facetAt(triangle, {u, v});
+    const Vec3 at = facet.at;
+    const float length = glm::length(facet.normal);
+    const Vec3 normal = length > 0 ? facet.normal / length : faceNormal;
 
     Surface surface;
+    const bool isThin = paint.finish == Finish::TwoSided || paint.finish == Finish::Leaf;
     // Facets of a tube that is really round would shadow themselves in steps where the light grazes. So rays begin on
     // the curved surface that the normals promise (Hanika, "Hacking the Shadow Terminator", 2021).
-    const auto bulge = [&](Vec3 p, Vec3 n) { return -std::min(0.0f, glm::dot(at - p, n)) * n; };
-    surface.start = at + w * bulge(p0, n0) + u * bulge(p1, n1) + v * bulge(p2, n2);
+    const auto bulge = [&](std::uint32_t i, Vec3 n) {
+        // Normals of leaves are bent to the crown and promise no surface.
+        return paint.finish == Finish::Leaf ? Vec3(0) : -std::min(0.0f, glm::dot(at - mesh_.positions[i], n)) * n;
+    };
+    surface.start = at + (1 - u - v) * bulge(corner[0], n0) + u * bulge(corner[1], n1) + v * bulge(corner[2], n2);
 
     surface.normal = normal;
-    if (paint.finish == Finish::TwoSided)
-        colourLeaf(paint, at, surface);
+    surface.isThin = isThin;
+    if (isThin)
+        paintLeaf(paint, facet, surface);
     else
-        furrow(paint, triangle, {u, v}, at, surface);
+        paintWood(paint, facet, surface);
 
     const float facing = glm::dot(faceNormal, normal) < 0 ? -1.0f : 1.0f; // winding does not matter here
     surface.faceNormal = facing * faceNormal;
@@ -259,59 +340,86 @@ Vec3 PreviewScene::meanColour() const
     return Vec3(sum / whole);
 }
 
-/// Colours wood, and roughens its normal.
-void PreviewScene::furrow(const Paint& paint, std::uint32_t triangle, Vec2 hit, Vec3 at, Surface& surface) const
+PreviewScene::Facet PreviewScene::facetAt(unsigned triangle, Vec2 hit) const
 {
     const std::uint32_t* corner = mesh_.indices.data() + std::size_t{3} * triangle;
-    const Vec3 p0 = mesh_.positions[corner[0]];
-    const Vec3 p1 = mesh_.positions[corner[1]];
-    const Vec3 p2 = mesh_.positions[corner[2]];
-    const Vec2 t0 = mesh_.uvs[corner[0]];
-    const Vec2 t1 = mesh_.uvs[corner[1]] - t0;
-    const Vec2 t2 = mesh_.uvs[corner[2]] - t0;
-
-    // How the texture lies on this triangle: metres per repeat, and the directions of u and v.
-    float shade = 1;
-    Vec3 furrowed = surface.normal;
+    const auto between = [&](const auto& all) {
+        return (1 - hit.x - hit.y) * all[corner[0]] + hit.x * all[corner[1]] + hit.y * all[corner[2]];
+    };
+    Facet facet;
+    facet.at = between(mesh_.positions);
+    facet.normal = between(mesh_.normals);
+    facet.uv = between(mesh_.uvs);
+    if (!mesh_.tints.empty())
+    {
+        const auto tint = [&](int i) {
+            const Tint& t = mesh_.tints[corner[i]];
+            return Vec3(t.red, t.green, t.blue) / 255.0f;
+        };
+        facet.tint = (1 - hit.x - hit.y) * tint(0) + hit.x * tint(1) + hit.y * tint(2);
+    }
+    const Vec3 p1 = mesh_.positions[corner[1]] - mesh_.positions[corner[0]];
+    const Vec3 p2 = mesh_.positions[corner[2]] - mesh_.positions[corner[0]];
+    const Vec2 t1 = mesh_.uvs[corner[1]] - mesh_.uvs[corner[0]];
+    const Vec2 t2 = mesh_.uvs[corner[2]] - mesh_.uvs[corner[0]];
     const float area = t1.x * t2.y - t2.x * t1.y;
     if (std::abs(area) > std::numeric_limits<float>::min())
     {
-        const Vec3 alongU = ((p1 - p0) * t2.y - (p2 - p0) * t1.y) / area;
-        const Vec3 alongV = ((p2 - p0) * t1.x - (p1 - p0) * t2.x) / area;
-        const Vec2 metresPerRepeat(glm::length(alongU), glm::length(alongV));
-        if (metresPerRepeat.x > 0 && metresPerRepeat.y > 0)
-        {
-            BarkRelief relief = barkRelief(t0 + hit.x * t1 + hit.y * t2, metresPerRepeat);
-            if (paint.finish == Finish::Rind)
-            {
-                constexpr float kHint = 0.12f;
-                relief.shade = std::lerp(1.0f, relief.shade, kHint);
-                relief.slope = Vec2(0);
-            }
-            shade = relief.shade;
-            furrowed -= relief.slope.x / metresPerRepeat.x * alongU + relief.slope.y / metresPerRepeat.y * alongV;
-            furrowed = glm::normalize(furrowed);
-        }
+        facet.alongU = (p1 * t2.y - p2 * t1.y) / area;
+        facet.alongV = (p2 * t1.x - p1 * t2.x) / area;
     }
-    // Patches of weather and lichen, larger than any repeat of the texture, hide that it repeats.
-    const float patch = smoothNoise({at.x * 2.3f + at.z * 0.9f, at.y * 1.4f - at.z * 1.1f}, 4096);
-    surface.albedo = glm::clamp(paint.colour * shade * (0.86f + 0.28f * patch), Vec3(0), Vec3(0.95f));
-    surface.normal = furrowed;
+    return facet;
 }
 
-void PreviewScene::colourLeaf(const Paint& paint, Vec3 at, Surface& surface) const
+void PreviewScene::paintWood(const Paint& paint, const Facet& facet, Surface& surface) const
 {
-    // No two leaves are alike: some are lighter and yellower than their neighbours.
-    const Vec3 place = at / size_;
-    const float near = smoothNoise({(place.x + 0.3f * place.y) * 47 + 7, (place.y - 0.6f * place.z) * 47 + 3}, 4096);
-    const float far = smoothNoise({place.x * 9 + place.z * 4 + 5, place.y * 8 - place.z * 3 + 1}, 4096);
-    const Vec3 tint = mix({0.86f, 0.90f, 0.88f}, {1.16f, 1.08f, 0.98f}, 0.6f * near + 0.4f * far);
-    const Vec3 colour = glm::clamp(paint.colour * tint, Vec3(0), Vec3(0.95f));
+    Vec3 colour = paint.material->colour(facet.uv);
+    if (paint.finish == Finish::Rind)
+    {
+        constexpr float kHint = 0.12f;
+        const Vec3 bark = paints_.back().colour;
+        const float shade = (colour.x + colour.y + colour.z) / std::max(bark.x + bark.y + bark.z, 1e-4f);
+        colour = paint.colour * std::lerp(1.0f, shade, kHint);
+    }
+    else
+    {
+        Facet smooth = facet;
+        smooth.normal = surface.normal;
+        surface.normal = smooth.bent(paint.material->normal(facet.uv));
+    }
+    // Patches of weather and lichen, larger than any repeat of the texture, hide that it repeats.
+    const Vec3 at = facet.at;
+    const float patch = smoothNoise({at.x * 2.3f + at.z * 0.9f, at.y * 1.4f - at.z * 1.1f}, 4096);
+    surface.albedo = glm::clamp(colour * facet.tint * (0.86f + 0.28f * patch), Vec3(0), Vec3(0.95f));
+}
+
+void PreviewScene::paintLeaf(const Paint& paint, const Facet& facet, Surface& surface) const
+{
+    Vec3 colour = paint.colour * facet.tint;
+    if (paint.material)
+    {
+        colour = paint.material->colour(facet.uv) * facet.tint;
+        Facet smooth = facet;
+        smooth.normal = surface.normal;
+        surface.normal = smooth.bent(paint.material->normal(facet.uv));
+    }
+    else
+    {
+        // No two petals are alike: some are lighter and yellower than their neighbours.
+        const Vec3 place = facet.at / size_;
+        const float near =
+            smoothNoise({(place.x + 0.3f * place.y) * 47 + 7, (place.y - 0.6f * place.z) * 47 + 3}, 4096);
+        const float far = smoothNoise({place.x * 9 + place.z * 4 + 5, place.y * 8 - place.z * 3 + 1}, 4096);
+        colour *= mix({0.86f, 0.90f, 0.88f}, {1.16f, 1.08f, 0.98f}, 0.6f * near + 0.4f * far);
+    }
+    colour = glm::clamp(colour, Vec3(0), Vec3(0.95f));
     // What comes through has passed more of the leaf, so its colour is purer. Both together never exceed the light.
     const float brightest = std::max({colour.x, colour.y, colour.z, 1e-4f});
     const auto purer = [&](float c) { return c * std::lerp(1.0f, std::sqrt(c / brightest), 0.6f); };
+    const float usual = LeafAppearance{}.translucency;
     surface.albedo = colour * (1 - 0.45f * brightest);
-    surface.through = Vec3(purer(colour.x), purer(colour.y), purer(colour.z)) * (1.4f * (1 - 0.72f * brightest));
+    surface.through = Vec3(purer(colour.x), purer(colour.y), purer(colour.z)) *
+                      (1.4f * std::min(paint.translucency / usual, 1.5f) * (1 - 0.72f * brightest));
     if (onPaper_)
         surface.through *= kPaperThrough;
 }
@@ -329,7 +437,7 @@ Vec3 PreviewScene::litColour(const Surface& surface, const LightSample& sample) 
 {
     const Vec2 disc = sunSlope_ * onDisc(sample.sun);
     const Vec3 toSun = glm::normalize(toSun_ + disc.x * sunRight_ + disc.y * sunUp_);
-    if (surface.through != Vec3(0))
+    if (surface.isThin)
         return leafLight(surface, toSun, sample.sky);
 
     Vec3 light(0); // what the surface reflects of it, per unit of albedo

@@ -1,15 +1,19 @@
 #pragma once
 
 #include <Espalier/Core/Vector.h>
+#include <Espalier/Render/PaintedMaterial.h>
 #include <cstdint>
 #include <vector>
 
 struct RTCDeviceTy;
+struct RTCFilterFunctionNArguments;
 struct RTCSceneTy;
 
 namespace espalier {
 
 struct Appearance;
+struct AppearanceTextures;
+struct TextureSizes;
 struct TreeMesh;
 enum class Backdrop : std::uint8_t;
 
@@ -30,13 +34,23 @@ struct LightSample
     Vec2 sky;
 };
 
+/// The materials of a species, painted. Immutable; use for any number of scenes.
+struct PaintBox
+{
+    explicit PaintBox(AppearanceTextures textures);
+
+    PaintedMaterial bark;
+    std::vector<PaintedMaterial> leaves; ///< By kind.
+};
+
 /// One tree before its backdrop, ready to be looked at. Immutable; `radiance` may be called from any
-/// number of threads. The mesh must outlive it.
+/// number of threads. The mesh and the paints must outlive it.
 class PreviewScene
 {
 public:
     /// Requires a sound mesh with at least one triangle.
-    PreviewScene(const TreeMesh& mesh, const Appearance& appearance, const Surroundings& surroundings);
+    PreviewScene(const TreeMesh& mesh, const Appearance& appearance, const PaintBox& paintBox,
+                 const Surroundings& surroundings);
     ~PreviewScene();
     PreviewScene(PreviewScene&&) = delete;
 
@@ -46,28 +60,36 @@ public:
     /// False if Embree refused, for want of memory.
     [[nodiscard]] bool isReady() const noexcept { return ready_; }
 
-    /// Linear light that arrives at `origin` from `direction` (unit).
-    [[nodiscard]] Vec3 radiance(Vec3 origin, Vec3 direction, const LightSample& sample) const;
+    /// Linear light that arrives at `origin` from `direction` (unit). What of the plant is nearer than `nearest` metres
+    /// is looked through.
+    [[nodiscard]] Vec3 radiance(Vec3 origin, Vec3 direction, float nearest, const LightSample& sample) const;
 
 private:
     /// How a run of triangles is painted.
     enum class Finish : std::uint8_t
     {
-        Bark,     ///< Furrowed, in the bark's colour.
+        Bark,     ///< As its textures have it.
         Rind,     ///< The smooth skin of coloured wood: furrows are hinted at.
-        TwoSided, ///< Leaves and berries: no furrows; light that comes from behind shines through.
+        TwoSided, ///< Petals and berries: no texture; light that comes from behind shines through.
+        Leaf,     ///< Likewise, painted and cut out by textures.
     };
     struct Paint
     {
         std::uint32_t endTriangle;
         Vec3 colour;
         Finish finish;
+        const PaintedMaterial* material; ///< None for what has no texture.
+        float translucency;
     };
     struct Surface;
+    struct Facet;
+    static void cutLeaves(const RTCFilterFunctionNArguments* arguments);
+    void addGeometry(std::uint32_t firstTriangle, std::uint32_t endTriangle);
+    [[nodiscard]] Facet facetAt(unsigned triangle, Vec2 hit) const;
     [[nodiscard]] const Paint& paintOf(std::uint32_t triangle) const;
     [[nodiscard]] Vec3 meanColour() const;
-    void furrow(const Paint& paint, std::uint32_t triangle, Vec2 hit, Vec3 at, Surface& surface) const;
-    void colourLeaf(const Paint& paint, Vec3 at, Surface& surface) const;
+    void paintWood(const Paint& paint, const Facet& facet, Surface& surface) const;
+    void paintLeaf(const Paint& paint, const Facet& facet, Surface& surface) const;
     [[nodiscard]] Vec3 leafLight(const Surface& surface, Vec3 toSun, Vec2 random) const;
     [[nodiscard]] Vec3 lightFrom(Vec3 start, Vec3 direction) const;
     [[nodiscard]] Surface surfaceAt(unsigned triangle, float u, float v, Vec3 faceNormal, Vec3 direction) const;
@@ -78,8 +100,9 @@ private:
     [[nodiscard]] float groundHaze(Vec3 at) const;
 
     const TreeMesh& mesh_;
-    std::vector<Paint> paints_; ///< In the order of their triangles; the last is for all that are left.
-    Vec3 halfShade_;            ///< Radiance of what a blocked sky ray meets.
+    std::uint32_t firstLeafTriangle_ = 0; ///< From here on triangles are cut out by alpha.
+    std::vector<Paint> paints_;           ///< In the order of their triangles; the last is for all that are left.
+    Vec3 halfShade_;                      ///< Radiance of what a blocked sky ray meets.
     Vec3 toSun_;
     Vec3 sunRight_;
     Vec3 sunUp_;

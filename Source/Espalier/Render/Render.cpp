@@ -7,6 +7,7 @@
 #include <Espalier/Render/Camera.h>
 #include <Espalier/Render/PreviewScene.h>
 #include <Espalier/Species/Appearance.h>
+#include <Espalier/Texture/AppearanceTextures.h>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -32,6 +33,7 @@ struct Shot
     double ground = 0; ///< Metres.
     FrameBounds bounds{};
     Camera camera{};
+    float nearest = 0; ///< Metres from the camera; nearer things are looked through.
 };
 
 bool isFinite(Vec2 v)
@@ -77,6 +79,9 @@ Expected<void> checkSettings(const RenderSettings& settings)
         Range{"cameraAzimuth", settings.cameraAzimuth, -1e6, 1e6},
         Range{"cameraElevation", settings.cameraElevation, -1.5, 1.5},
         Range{"fieldOfView", settings.fieldOfView, 0.01, 1.5},
+        Range{"focus", std::max({std::abs(settings.focus.x), std::abs(settings.focus.y), std::abs(settings.focus.z)}),
+              0, 1e7},
+        Range{"focusRadius", settings.focusRadius, 0, 1e4},
         Range{"threads", static_cast<double>(settings.threads), 0, 256},
     };
     for (const Range& range : ranges)
@@ -131,6 +136,28 @@ double groundUnder(const TreeMesh& mesh)
     return static_cast<double>(below) > kMuch * static_cast<double>(mesh.indices.size()) ? lowest : 0.0;
 }
 
+/// What a picture is to show.
+std::vector<Vec3> framedPoints(const TreeMesh& mesh, const RenderSettings& settings)
+{
+    if (!(settings.focusRadius > 0))
+        return mesh.positions;
+    std::vector<Vec3> points; // the ends of the axes of the ball in focus
+    for (int axis = 0; axis < 3; ++axis)
+        for (const float side : {-1.f, 1.f})
+        {
+            points.push_back(settings.focus);
+            points.back()[axis] += side * settings.focusRadius;
+        }
+    return points;
+}
+
+/// Two radii before the middle of a close-up.
+float nearestShown(const Shot& shot, const RenderSettings& settings)
+{
+    const double away = glm::dot(DVec3(settings.focus) - shot.camera.position, shot.camera.axes.forward);
+    return static_cast<float>(std::max(away - 2.5 * static_cast<double>(settings.focusRadius), 0.0));
+}
+
 /// Places the cameras of all shots: one distance, one height over the ground, each tree centred from left to right.
 void frameShots(std::span<Shot> shots, const RenderSettings& settings)
 {
@@ -149,7 +176,7 @@ void frameShots(std::span<Shot> shots, const RenderSettings& settings)
         {
             lens.axes = viewAxes(static_cast<double>(settings.cameraAzimuth) - shot.turn, elevation);
             shot.camera = lens;
-            shot.bounds = frameBounds(shot.subject->mesh->positions, {0, shot.ground, 0}, lens, margins);
+            shot.bounds = frameBounds(framedPoints(*shot.subject->mesh, settings), {0, shot.ground, 0}, lens, margins);
             all = together(all, shot.bounds);
         }
         double missing = 0;
@@ -161,7 +188,10 @@ void frameShots(std::span<Shot> shots, const RenderSettings& settings)
             const ViewAxes& axes = shot.camera.axes;
             const DVec3 fromBase = x * axes.right + stand.y * axes.up - distance * axes.forward;
             shot.camera.position = DVec3(0, shot.ground, 0) + fromBase;
-            missing = std::max(missing, kEyeShare - fromBase.y / distance);
+            // Before a close-up things are looked through, the ground among them.
+            if (!(settings.focusRadius > 0))
+                missing = std::max(missing, kEyeShare - fromBase.y / distance);
+            shot.nearest = settings.focusRadius > 0 ? nearestShown(shot, settings) : 0;
         }
         if (missing <= 0 || onPaper || lift == kMaxLifts)
             return;
@@ -237,9 +267,10 @@ float filmicTone(float linear)
     return std::clamp(x * (2.51f * x + 0.03f) / (x * (2.43f * x + 0.59f) + 0.14f), 0.0f, 1.0f);
 }
 
-Vec3 pixelLight(const PreviewScene& scene, const Camera& camera, std::uint32_t x, std::uint32_t y,
+Vec3 pixelLight(const PreviewScene& scene, const Shot& shot, std::uint32_t x, std::uint32_t y,
                 const RenderSettings& settings)
 {
+    const Camera& camera = shot.camera;
     const Vec3 origin(camera.position);
     const Vec3 right(camera.axes.right * camera.slopeX);
     const Vec3 up(camera.axes.up * camera.slopeY);
@@ -254,13 +285,13 @@ Vec3 pixelLight(const PreviewScene& scene, const Camera& camera, std::uint32_t x
         const float ndcX = 2 * px / static_cast<float>(settings.width) - 1;
         const float ndcY = 1 - 2 * py / static_cast<float>(settings.height);
         const Vec3 direction = glm::normalize(forward + ndcX * right + ndcY * up);
-        sum += scene.radiance(origin, direction, {.sun = samples.pair(2), .sky = samples.pair(4)});
+        sum += scene.radiance(origin, direction, shot.nearest, {.sun = samples.pair(2), .sky = samples.pair(4)});
         samples.next();
     }
     return sum / static_cast<float>(settings.samplesPerPixel);
 }
 
-void traceTile(const PreviewScene& scene, const Camera& camera, const RenderSettings& settings, std::uint32_t tileX,
+void traceTile(const PreviewScene& scene, const Shot& shot, const RenderSettings& settings, std::uint32_t tileX,
                std::uint32_t tileY, Picture& picture)
 {
     const std::uint32_t right = std::min(settings.width, (tileX + 1) * kTileSize);
@@ -268,7 +299,7 @@ void traceTile(const PreviewScene& scene, const Camera& camera, const RenderSett
     for (std::uint32_t y = tileY * kTileSize; y < bottom; ++y)
         for (std::uint32_t x = tileX * kTileSize; x < right; ++x)
         {
-            const Vec3 light = pixelLight(scene, camera, x, y, settings);
+            const Vec3 light = pixelLight(scene, shot, x, y, settings);
             std::uint8_t* pixel = picture.rgb.data() + 3 * (std::size_t{y} * picture.width + x);
             // Paper is of one colour, so it needs no pattern against bands, and stays white without a shoulder.
             for (int channel = 0; channel < 3; ++channel)
@@ -291,6 +322,17 @@ Surroundings surroundingsOf(const Shot& shot, const RenderSettings& settings)
             .backdrop = settings.backdrop};
 }
 
+/// As many texels as a picture of this size can show of a tree, or as a close-up can.
+TextureSizes textureSizes(const RenderSettings& settings)
+{
+    constexpr std::uint32_t kLarge = 512; // pixels
+    if (settings.focusRadius > 0)
+        return {.bark = 2048, .leaf = 1024};
+    if (std::max(settings.width, settings.height) >= kLarge)
+        return {.bark = 1024, .leaf = 256};
+    return {.bark = 256, .leaf = 128};
+}
+
 Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSettings& settings,
                                           const Progress& progress)
 {
@@ -303,16 +345,22 @@ Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSet
     const std::uint32_t tilesY = (settings.height + kTileSize - 1) / kTileSize;
     const std::uint32_t tiles = tilesX * tilesY;
     std::vector<Picture> pictures;
+    std::optional<PaintBox> paints;
+    const Appearance* painted = nullptr;
     for (const Shot& shot : shots)
     {
-        const PreviewScene scene(*shot.subject->mesh, *shot.subject->appearance, surroundingsOf(shot, settings));
+        const Appearance& appearance = *shot.subject->appearance;
+        if (!painted || *painted != appearance)
+            paints.emplace(makeTextures(appearance, textureSizes(settings), threads));
+        painted = &appearance;
+        const PreviewScene scene(*shot.subject->mesh, appearance, *paints, surroundingsOf(shot, settings));
         if (!scene.isReady())
             return failure(ErrorKind::Limit, {}, "the picture's scene does not fit into memory");
         Picture picture(settings.width, settings.height);
         const auto done = static_cast<double>(pictures.size());
         forEachTask(
             tiles, threads, progress,
-            [&](std::uint32_t tile) { traceTile(scene, shot.camera, settings, tile % tilesX, tile / tilesX, picture); },
+            [&](std::uint32_t tile) { traceTile(scene, shot, settings, tile % tilesX, tile / tilesX, picture); },
             [&](std::uint32_t taken) {
                 progress("render", (done + 1.0 * taken / tiles) / static_cast<double>(shots.size()));
             });

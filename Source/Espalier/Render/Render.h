@@ -34,6 +34,10 @@ struct RenderSettings
     /// ground: where it would sink in, it stands higher. [-1.5, 1.5]
     float cameraElevation = -0.09f;
     float fieldOfView = 0.45f; ///< Vertical, radians. [0.01, 1.5]
+    /// A close-up: the frame shows what lies within `focusRadius` metres of `focus`, and what of the plant stands
+    /// before it is looked through. A radius of 0: the whole tree.
+    Vec3 focus{0};
+    float focusRadius = 0; ///< [0, 1e4]
     /// On paper the tree stands in the middle, the camera goes wherever it is put (0 looks level), and light is soft:
     /// the sun's place only says which side is the lighter one.
     Backdrop backdrop = Backdrop::Meadow;

@@ -27,9 +27,9 @@ struct LeafOnSurface
 struct SurfacePoint
 {
     static constexpr std::uint32_t kShoot = 0xffffffffu;
-    std::uint32_t leaf = 0; ///< Which one, the topmost; kShoot: the shoot of a spray.
-    float along = 0;        ///< From the foot of its blade, 0, to its tip, 1; negative on its stalk.
-    float across = 0;       ///< From the midrib to the right, in half widths there: [-1, 1].
+    std::uint32_t leaf = 0; ///< Which one, the topmost; kShoot: the shoot of a spray, or the heart of a blossom.
+    float along = 0;  ///< From the foot of its blade, 0, to its tip, 1; negative on its stalk. Outwards in a heart.
+    float across = 0; ///< From the midrib to the right, in half widths there: [-1, 1].
 };
 
 /// The drawing on the surface of one kind of leaf: one that fills it, a spray of several in two ranks with one at the
@@ -51,7 +51,7 @@ private:
     LeafShape shape_;
     float width_;
     float shootEnd_ = 0;   ///< Of a spray: where its last leaf begins.
-    float shootWidth_ = 0; ///< Half of it.
+    float shootWidth_ = 0; ///< Half of it, at its foot.
     std::vector<LeafOnSurface> leaves_;
 };
 

@@ -5,6 +5,8 @@
 #include <Espalier/Core/Json.h>
 #include <Espalier/Core/Utf8.h>
 #include <Espalier/Grammar/GrammarProgram.h>
+#include <Espalier/Species/AppearanceText.h>
+#include <Espalier/Species/JsonFields.h>
 #include <algorithm>
 #include <charconv>
 
@@ -14,46 +16,6 @@ namespace {
 
 constexpr std::uint64_t kVersion = 1;
 using Value = JsonDocument::Value;
-
-/// Reads optional keys of an object into fields; remembers the first error and does nothing after it.
-class Fields
-{
-public:
-    explicit Fields(const Value& object) : object_(object) {}
-
-    Fields& number(std::string_view key, auto& field, double low, double high)
-    {
-        return read(key, [&](const Value& value) {
-            return value.number(key, low, high).map([&](double v) {
-                field = static_cast<std::remove_reference_t<decltype(field)>>(v);
-            });
-        });
-    }
-    Fields& count(std::string_view key, std::uint32_t& field, std::uint32_t low, std::uint32_t high)
-    {
-        return read(key, [&](const Value& value) {
-            return value.count(key, low, high).map([&](std::uint64_t v) { field = static_cast<std::uint32_t>(v); });
-        });
-    }
-    Fields& string(std::string_view key, std::string& field)
-    {
-        return read(key,
-                    [&](const Value& value) { return value.string(key).map([&](std::string_view v) { field = v; }); });
-    }
-    /// Any other shape: `reader(value)` returns Expected<void>.
-    template <class Reader>
-    Fields& read(std::string_view key, Reader&& reader)
-    {
-        if (const Value value = object_[key]; result_ && value.exists())
-            result_ = reader(value);
-        return *this;
-    }
-    [[nodiscard]] Expected<void> result() const { return result_; }
-
-private:
-    Value object_;
-    Expected<void> result_;
-};
 
 Expected<void> readPair(const Value& value, std::string_view role, std::uint32_t& low, std::uint32_t& high)
 {
@@ -110,70 +72,6 @@ Expected<void> readWindow(const Value& value, GrowthWindow& window)
                   }
                   return {};
               })
-        .result();
-}
-
-Expected<void> readColour(const Value& value, Vec3& colour)
-{
-    if (auto done = value.requireArray("colour"); !done)
-        return done;
-    const std::vector<Value> items = value.items();
-    if (items.size() != 3)
-        return value.fail("the colour has " + std::to_string(items.size()) + " components",
-                          "red, green and blue, linear, from 0 to 1");
-    for (int i = 0; i < 3; ++i)
-    {
-        const auto component = items[static_cast<std::size_t>(i)].number("a colour component", 0, 1);
-        if (!component)
-            return tl::make_unexpected(component.error());
-        colour[i] = static_cast<float>(*component);
-    }
-    return {};
-}
-
-Expected<void> readPalette(const Value& value, std::vector<Vec3>& palette)
-{
-    if (auto done = value.requireArray("palette"); !done)
-        return done;
-    const std::vector<Value> items = value.items();
-    if (items.empty() || items.size() > kMaxPalette)
-        return value.fail("the palette has " + std::to_string(items.size()) + " colours",
-                          "from 1 to " + std::to_string(kMaxPalette) + " of them");
-    palette.assign(items.size(), Vec3(0));
-    for (std::size_t i = 0; i < items.size(); ++i)
-    {
-        if (auto done = readColour(items[i], palette[i]); !done)
-            return done;
-    }
-    return {};
-}
-
-Expected<void> readAppearance(const Value& value, Appearance& appearance)
-{
-    if (auto done = value.requireObject("appearance", {"pipes", "bark", "palette"}); !done)
-        return done;
-    return Fields(value)
-        .read("pipes",
-              [&](const Value& v) -> Expected<void> {
-                  if (auto done = v.requireObject("pipes", {"tipRadius", "exponent", "pipesPerMetre"}); !done)
-                      return done;
-                  return Fields(v)
-                      .number("tipRadius", appearance.pipes.tipRadius, 1e-5, 1)
-                      .number("exponent", appearance.pipes.exponent, 1, 4)
-                      .number("pipesPerMetre", appearance.pipes.pipesPerMetre, 0, 1000)
-                      .result();
-              })
-        .read("bark",
-              [&](const Value& v) -> Expected<void> {
-                  if (auto done = v.requireObject("bark", {"colour", "roughness", "tile"}); !done)
-                      return done;
-                  return Fields(v)
-                      .read("colour", [&](const Value& colour) { return readColour(colour, appearance.bark.colour); })
-                      .number("roughness", appearance.bark.roughness, 0, 1)
-                      .number("tile", appearance.bark.tile, 1e-3, 100)
-                      .result();
-              })
-        .read("palette", [&](const Value& v) { return readPalette(v, appearance.palette); })
         .result();
 }
 
@@ -509,7 +407,8 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
             .read("tables", [&](const Value& v) { return readTables(v, limits, species.tables); })
             .read("grammar", [&](const Value& v) { return readGrammar(v, file, limits, species.grammar); })
             .read("window", [&](const Value& v) { return readWindow(v, species.window.emplace()); })
-            .read("appearance", [&](const Value& v) { return readAppearance(v, species.appearance); })
+            .read("appearance",
+                  [&](const Value& v) { return readAppearance(v, species.appearance, &species.appearance.pipes); })
             .read("provenance", [&](const Value& v) { return readProvenance(v, species.provenance); })
             .read("rules", [&](const Value& v) { return readRules(v, species.rules); })
             .read("inferred", [&](const Value& v) { return readGrammar(v, file, limits, species.inferred.emplace()); })
@@ -539,13 +438,6 @@ Expected<Species> parseSpecies(std::string text, std::string_view file, const Li
 
 namespace {
 
-/// What reads back as this float, so that 0.2f is written 0.2.
-std::string shortest(float value)
-{
-    std::array<char, 32> buffer;
-    return std::string(buffer.data(), std::to_chars(buffer.data(), buffer.data() + buffer.size(), value).ptr);
-}
-
 std::string tablesText(const Species& species)
 {
     std::string out = "  \"tables\": {";
@@ -572,12 +464,6 @@ std::string windowText(const Species& species)
     for (std::size_t i = 0; i < window.copies.size(); ++i)
         out += (i == 0 ? "\"" : ", \"") + hexDigits(window.copies[i]) + '"';
     return out + "]},\n";
-}
-
-std::string pipesText(const PipeModel& pipes)
-{
-    return "{\"tipRadius\": " + shortest(pipes.tipRadius) + ", \"exponent\": " + shortest(pipes.exponent) +
-           ", \"pipesPerMetre\": " + shortest(pipes.pipesPerMetre) + "}";
 }
 
 /// What is as usual, or unknown, is not mentioned.
@@ -615,21 +501,7 @@ std::string printSpecies(const Species& species)
                       ",\n  \"name\": " + quoteJson(species.name) + ",\n  \"grammar\": [\n";
     printLines(out, species.grammar);
     out += "  ],\n" + tablesText(species) + windowText(species);
-    const auto colourText = [&](const Vec3& colour) {
-        return "[" + shortest(colour.x) + ", " + shortest(colour.y) + ", " + shortest(colour.z) + "]";
-    };
-    const Appearance& a = species.appearance;
-    out += "  \"appearance\": {\n    \"pipes\": " + pipesText(a.pipes) +
-           ",\n    \"bark\": {\"colour\": " + colourText(a.bark.colour) +
-           ", \"roughness\": " + shortest(a.bark.roughness) + ", \"tile\": " + shortest(a.bark.tile) + "}";
-    if (a.palette != defaultPalette())
-    {
-        out += ",\n    \"palette\": [";
-        for (std::size_t i = 0; i < a.palette.size(); ++i)
-            out += (i == 0 ? "" : ", ") + colourText(a.palette[i]);
-        out += "]";
-    }
-    out += "\n  },\n";
+    out += "  \"appearance\": " + appearanceText(species.appearance, &species.appearance.pipes, "  ") + ",\n";
     out += provenanceText(species.provenance);
     printMemory(out, species);
     return out + "\n}\n";

@@ -35,13 +35,11 @@ struct Floor
 
 /// Every folder that Source/Espalier may have. One that is not built yet has its place already.
 const std::map<std::string, Floor, std::less<>> kFloors = {
-    {"Core", {1, Library::Runtime}},        {"Grammar", {2, Library::Runtime}},
-    {"Plant", {2, Library::Runtime}},       {"Layout", {2, Library::Authoring}},
-    {"Turtle", {3, Library::Runtime}},      {"Colonization", {3, Library::Runtime}},
-    {"Overlap", {3, Library::Runtime}},     {"Species", {4, Library::Runtime}},
-    {"Archetype", {4, Library::Authoring}}, {"Inference", {5, Library::Authoring}},
-    {"Mesh", {5, Library::Runtime}},        {"Forest", {6, Library::Runtime}},
-    {"Bake", {6, Library::Authoring}},      {"Render", {6, Library::Authoring}},
+    {"Core", {1, Library::Runtime}},        {"Grammar", {2, Library::Runtime}}, {"Plant", {2, Library::Runtime}},
+    {"Layout", {2, Library::Authoring}},    {"Turtle", {3, Library::Runtime}},  {"Colonization", {3, Library::Runtime}},
+    {"Overlap", {3, Library::Runtime}},     {"Species", {4, Library::Runtime}}, {"Archetype", {4, Library::Authoring}},
+    {"Inference", {5, Library::Authoring}}, {"Mesh", {5, Library::Runtime}},    {"Texture", {5, Library::Authoring}},
+    {"Forest", {6, Library::Runtime}},      {"Bake", {6, Library::Authoring}},  {"Render", {6, Library::Authoring}},
     {"Plugin", {7, Library::Runtime}},
 };
 
@@ -59,7 +57,7 @@ const std::vector<ForeignHeader> kForeignHeaders = {
     {"embree3/", {"Overlap", "Render"}},
     {"tiny_gltf.h", {"Bake"}},
     {"meshoptimizer.h", {"Bake"}},
-    {"stb_", {"Bake", "Render"}},
+    {"stb_", {"Texture"}},
     // The processor.
     {"emmintrin.h", {"Core"}},
     // The operating system.

@@ -9,6 +9,7 @@
 #include <array>
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <map>
 #include <set>
 
 namespace espalier {
@@ -154,6 +155,115 @@ TEST(DetailLevel, HasHalfAsManyTrianglesAsTheOneBefore)
                 ASSERT_NEAR(glm::length(mesh.normals[i]), 1, 1e-3);
         }
     }
+}
+
+namespace {
+
+MeshSettings withSources()
+{
+    MeshSettings settings;
+    settings.sources = true;
+    return settings;
+}
+
+/// Of each leaf of a mesh, by its number: the square of its length from foot to tip.
+std::map<std::uint32_t, double> leavesOf(const TreeMesh& mesh)
+{
+    struct Ends
+    {
+        std::array<Vec3, 2> sums{Vec3(0), Vec3(0)};
+        std::array<float, 2> counts{};
+    };
+    std::map<std::uint32_t, Ends> ends;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+        if (const float along = mesh.uvs[i].y; mesh.sources[i].organ != kNoOrgan && (along == 0 || along == 1))
+        {
+            Ends& leaf = ends[mesh.sources[i].organ];
+            leaf.sums[along == 0 ? 0 : 1] += mesh.positions[i];
+            leaf.counts[along == 0 ? 0 : 1] += 1;
+        }
+    std::map<std::uint32_t, double> squares;
+    for (const auto& [organ, leaf] : ends)
+    {
+        const Vec3 way = leaf.sums[1] / leaf.counts[1] - leaf.sums[0] / leaf.counts[0];
+        squares[organ] = static_cast<double>(glm::dot(way, way));
+    }
+    return squares;
+}
+
+} // namespace
+
+TEST(DetailLevel, KeepsTheCrownInLeaf)
+{
+    struct Case
+    {
+        const char* name;
+        LeafForm form;
+    };
+    for (const Case& test : {Case{"Oak", LeafForm::Blade}, Case{"Spruce", LeafForm::Crossed}})
+    {
+        const Skeleton full = drawn(test.name);
+        Appearance appearance;
+        appearance.leaves = {LeafAppearance{.thickestWood = 0.015f, .spacing = 0.06f, .form = test.form}};
+        DetailScratch scratch;
+        float error = 0;
+        std::size_t all = 0;
+        std::map<std::uint32_t, double> before;
+        double wholeArea = 0;
+        for (std::uint32_t level = 0; level <= 6; ++level)
+        {
+            SCOPED_TRACE(std::string(test.name) + " level " + std::to_string(level));
+            TreeMesh mesh;
+            const DetailLevel detail = meshDetailLevel(full, appearance, level, withSources(), {}, scratch, mesh);
+            ASSERT_EQ(detail.result, MeshResult::Ok);
+            all = level == 0 ? mesh.indices.size() : all;
+            EXPECT_LE(mesh.indices.size(), all >> level);
+            EXPECT_GT(mesh.indices.size(), all >> (level + 2)) << "not fewer than need be";
+            EXPECT_GE(detail.error, error);
+            error = detail.error;
+            ASSERT_EQ(mesh.sources.size(), mesh.positions.size());
+            for (const VertexSource& source : mesh.sources)
+                ASSERT_LT(source.segment, full.size());
+
+            const std::map<std::uint32_t, double> leaves = leavesOf(mesh);
+            double area = 0;
+            for (const auto& [organ, square] : leaves)
+            {
+                area += square;
+                ASSERT_TRUE(level == 0 || before.contains(organ)) << "leaf " << organ << " comes back";
+            }
+            wholeArea = level == 0 ? area : wholeArea;
+            EXPECT_NEAR(area / wholeArea, 1, 0.1);
+            before = leaves;
+        }
+    }
+}
+
+TEST(DetailLevel, SourcesNameTheFullPlant)
+{
+    Skeleton full = drawn("Oak");
+    for (std::uint32_t i = 100; i < full.size(); i += 50)
+        full.spheres.push_back({.centre = full.ends[i], .radius = 0.02f, .segment = i});
+    DetailScratch scratch;
+    TreeMesh mesh;
+    const DetailLevel detail = meshDetailLevel(full, {}, 2, withSources(), {}, scratch, mesh);
+    ASSERT_EQ(detail.result, MeshResult::Ok);
+    ASSERT_EQ(mesh.sources.size(), mesh.positions.size());
+    std::set<std::uint32_t> organs;
+    for (std::size_t i = 0; i < mesh.positions.size(); ++i)
+    {
+        const VertexSource source = mesh.sources[i];
+        ASSERT_LT(source.segment, full.size());
+        if (source.organ == kNoOrgan)
+            continue;
+        ASSERT_LT(source.organ, full.spheres.size());
+        organs.insert(source.organ);
+        const SkeletonSphere& sphere = full.spheres[source.organ];
+        EXPECT_LT(glm::length(mesh.positions[i] - sphere.centre), 0.02f + 3 * detail.error);
+        EXPECT_LE(source.segment, sphere.segment) << "the first of those that were joined";
+    }
+    EXPECT_LT(organs.size(), full.spheres.size());
+    EXPECT_GT(organs.size(), 0u);
 }
 
 } // namespace espalier

@@ -1,0 +1,275 @@
+#include <Espalier/Mesh/FoliageLight.h>
+
+#include <Espalier/Mesh/AxisCurve.h>
+#include <algorithm>
+#include <cmath>
+
+// Beer's law in a canopy: M. Monsi, T. Saeki, 1953 (in English: "On the factor light in plant communities and its
+// importance for matter production", Annals of Botany 95, 2005). Rays go from cube to cube, straight or along
+// diagonals, so that each is one look at a neighbour.
+
+namespace espalier {
+namespace {
+
+/// Shadow that a square metre of leaves throws, as a share, over all the ways in which they may be turned.
+constexpr float kExtinction = 0.5f;
+
+constexpr float kFewestCubes = 1000;
+constexpr float kMostCubes = 27000;
+constexpr float kMostAlongEdge = 48;
+
+/// Where light comes from, in cubes, and how much of it.
+struct Ray
+{
+    int x;
+    int z;
+    float length; // in cubes
+    float weight;
+};
+constexpr float kDiagonal = 1.41421356f;
+constexpr float kCorner = 1.73205081f;
+constexpr std::array<Ray, 9> kFromAbove{{{0, 0, 1, 1.4f},
+                                         {1, 0, kDiagonal, 1},
+                                         {-1, 0, kDiagonal, 1},
+                                         {0, 1, kDiagonal, 1},
+                                         {0, -1, kDiagonal, 1},
+                                         {1, 1, kCorner, 0.7f},
+                                         {1, -1, kCorner, 0.7f},
+                                         {-1, 1, kCorner, 0.7f},
+                                         {-1, -1, kCorner, 0.7f}}};
+constexpr float kFromASide = 0.45f;
+constexpr float kAllLight = 1.4f + 4 + 4 * 0.7f + 4 * kFromASide;
+
+/// About e^-x, without its cost.
+float dimmed(float x)
+{
+    return 1 / (1 + x * (1 + x * (0.5f + x * (1.f / 6))));
+}
+
+/// The cubes round a place, and what share each has in it.
+struct Corner
+{
+    std::array<std::size_t, 8> cubes;
+    std::array<float, 8> shares;
+};
+
+Corner cornerAt(const FoliageLight& grid, const Vec3& place)
+{
+    std::array<std::size_t, 3> first{};
+    std::array<std::size_t, 3> next{};
+    std::array<float, 3> share{};
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const auto last = static_cast<float>(grid.count[static_cast<std::size_t>(axis)] - 1);
+        const float at = std::clamp((place[axis] - grid.low[axis]) / grid.edge - 0.5f, 0.f, last);
+        const float whole = std::min(std::floor(at), last);
+        const auto i = static_cast<std::size_t>(axis);
+        first[i] = static_cast<std::size_t>(whole);
+        next[i] = static_cast<std::size_t>(std::min(whole + 1, last));
+        share[i] = at - whole;
+    }
+    Corner corner{};
+    const std::size_t row = grid.count[0];
+    const std::size_t layer = row * grid.count[2];
+    for (std::size_t k = 0; k < 8; ++k)
+    {
+        const bool x = (k & 1) != 0;
+        const bool y = (k & 2) != 0;
+        const bool z = (k & 4) != 0;
+        corner.cubes[k] = (x ? next[0] : first[0]) + row * (z ? next[2] : first[2]) + layer * (y ? next[1] : first[1]);
+        corner.shares[k] =
+            (x ? share[0] : 1 - share[0]) * (y ? share[1] : 1 - share[1]) * (z ? share[2] : 1 - share[2]);
+    }
+    return corner;
+}
+
+void layCubes(std::span<const Shader> leaves, FoliageLight& grid)
+{
+    Vec3 low = leaves[0].place;
+    Vec3 high = low;
+    for (const Shader& leaf : leaves)
+    {
+        low = glm::min(low, leaf.place);
+        high = glm::max(high, leaf.place);
+    }
+    const Vec3 extent = high - low;
+    const float largest = std::max({extent.x, extent.y, extent.z, 1e-3f});
+    const float wanted = std::clamp(0.5f * static_cast<float>(leaves.size()), kFewestCubes, kMostCubes);
+    // The finest edge that needs no more cubes than wanted, found by halving: no cube root, the same bits everywhere.
+    float edge = largest / kMostAlongEdge;
+    const auto cubesOf = [&](float e) {
+        return (std::floor(extent.x / e) + 1) * (std::floor(extent.y / e) + 1) * (std::floor(extent.z / e) + 1);
+    };
+    while (cubesOf(edge) > wanted)
+        edge *= 1.1f;
+    grid.edge = edge;
+    for (int axis = 0; axis < 3; ++axis)
+    {
+        const float cubes = std::floor(extent[axis] / edge) + 1;
+        grid.count[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(cubes);
+        grid.low[axis] = 0.5f * (low[axis] + high[axis] - cubes * edge);
+    }
+}
+
+void addLeaves(std::span<const Shader> leaves, FoliageLight& grid)
+{
+    const std::size_t cubes = std::size_t{grid.count[0]} * grid.count[1] * grid.count[2];
+    grid.density.assign(cubes, 0);
+    const float perVolume = 1 / (grid.edge * grid.edge * grid.edge);
+    for (const Shader& leaf : leaves)
+    {
+        const Corner corner = cornerAt(grid, leaf.place);
+        for (std::size_t k = 0; k < 8; ++k)
+            grid.density[corner.cubes[k]] += corner.shares[k] * leaf.area * perVolume;
+    }
+}
+
+/// `smooth`: of each cube a quarter from either neighbour along every edge, none from beyond the last.
+void smoothen(FoliageLight& grid)
+{
+    grid.smooth = grid.density;
+    const std::array<std::size_t, 3> steps{1, std::size_t{grid.count[0]} * grid.count[2], grid.count[0]};
+    for (std::size_t axis = 0; axis < 3; ++axis)
+    {
+        const std::size_t step = steps[axis];
+        const std::size_t count = grid.count[axis];
+        for (std::size_t start = 0; start < grid.smooth.size(); ++start)
+        {
+            if (start / step % count != 0)
+                continue;
+            float before = 0;
+            for (std::size_t i = 0; i < count; ++i)
+            {
+                float& value = grid.smooth[start + i * step];
+                const float after = i + 1 < count ? grid.smooth[start + (i + 1) * step] : 0;
+                const float own = value;
+                value = 0.25f * before + 0.5f * own + 0.25f * after;
+                before = own;
+            }
+        }
+    }
+}
+
+/// Down the slope of `smooth`.
+void leadOut(FoliageLight& grid)
+{
+    grid.outward.assign(grid.smooth.size(), Vec3(0));
+    const std::size_t row = grid.count[0];
+    const std::size_t layer = row * grid.count[2];
+    std::size_t cube = 0;
+    for (std::size_t y = 0; y < grid.count[1]; ++y)
+        for (std::size_t z = 0; z < grid.count[2]; ++z)
+            for (std::size_t x = 0; x < row; ++x, ++cube)
+            {
+                const auto slope = [&](std::size_t at, std::size_t count, std::size_t step) {
+                    const float before = at > 0 ? grid.smooth[cube - step] : 0;
+                    const float after = at + 1 < count ? grid.smooth[cube + step] : 0;
+                    return before - after;
+                };
+                const Vec3 fall(slope(x, row, 1), slope(y, grid.count[1], layer), slope(z, grid.count[2], row));
+                const float length = glm::length(fall);
+                const float own = grid.smooth[cube];
+                if (length > 0 && own > 0)
+                    grid.outward[cube] = fall * (std::min(length / own, 1.f) / length);
+            }
+}
+
+/// Layer by layer from the top, each ray on its own.
+void shineFromAbove(FoliageLight& grid)
+{
+    const auto width = static_cast<int>(grid.count[0]);
+    const auto breadth = static_cast<int>(grid.count[2]);
+    const std::size_t layer = std::size_t{grid.count[0]} * grid.count[2];
+    grid.depths.resize(2 * layer);
+    for (const Ray& ray : kFromAbove)
+    {
+        const float half = 0.5f * kExtinction * grid.edge * ray.length;
+        float* above = grid.depths.data(); // what a ray has passed when it leaves a cube
+        float* here = above + layer;
+        std::fill_n(above, layer, 0.f);
+        for (std::size_t y = grid.count[1]; y-- > 0;)
+        {
+            for (int z = 0; z < breadth; ++z)
+                for (int x = 0; x < width; ++x)
+                {
+                    const int fromX = x + ray.x;
+                    const int fromZ = z + ray.z;
+                    const bool isInside = fromX >= 0 && fromX < width && fromZ >= 0 && fromZ < breadth;
+                    const auto cube = static_cast<std::size_t>(x + width * z);
+                    const float entered = isInside ? above[fromX + width * fromZ] : 0;
+                    const float own = half * grid.density[y * layer + cube];
+                    grid.light[y * layer + cube] += ray.weight * dimmed(entered + own);
+                    here[cube] = entered + 2 * own;
+                }
+            std::swap(above, here);
+        }
+    }
+}
+
+void shineFromSides(FoliageLight& grid)
+{
+    const float half = 0.5f * kExtinction * grid.edge;
+    const auto pass = [&](std::size_t first, std::size_t step, std::size_t count) {
+        float passed = 0;
+        for (std::size_t i = 0; i < count; ++i)
+        {
+            const float own = half * grid.density[first + i * step];
+            grid.light[first + i * step] += kFromASide * dimmed(passed + own);
+            passed += 2 * own;
+        }
+        passed = 0;
+        for (std::size_t i = count; i-- > 0;)
+        {
+            const float own = half * grid.density[first + i * step];
+            grid.light[first + i * step] += kFromASide * dimmed(passed + own);
+            passed += 2 * own;
+        }
+    };
+    const std::size_t row = grid.count[0];
+    const std::size_t layer = row * grid.count[2];
+    for (std::size_t y = 0; y < grid.count[1]; ++y)
+    {
+        for (std::size_t z = 0; z < grid.count[2]; ++z)
+            pass(y * layer + z * row, 1, grid.count[0]);
+        for (std::size_t x = 0; x < row; ++x)
+            pass(y * layer + x, row, grid.count[2]);
+    }
+}
+
+} // namespace
+
+void FoliageLight::measure(std::span<const Shader> leaves)
+{
+    count = {0, 0, 0};
+    density.clear();
+    smooth.clear();
+    outward.clear();
+    light.clear();
+    if (leaves.empty())
+        return;
+    layCubes(leaves, *this);
+    addLeaves(leaves, *this);
+    smoothen(*this);
+    leadOut(*this);
+    light.assign(density.size(), 0);
+    shineFromAbove(*this);
+    shineFromSides(*this);
+    for (float& value : light)
+        value = std::min(value / kAllLight, 1.f);
+}
+
+FoliageLight::Sample FoliageLight::at(const Vec3& place) const noexcept
+{
+    if (light.empty())
+        return {};
+    const Corner corner = cornerAt(*this, place);
+    Sample sample{0, Vec3(0)};
+    for (std::size_t k = 0; k < 8; ++k)
+    {
+        sample.light += corner.shares[k] * light[corner.cubes[k]];
+        sample.outward += corner.shares[k] * outward[corner.cubes[k]];
+    }
+    return sample;
+}
+
+} // namespace espalier
