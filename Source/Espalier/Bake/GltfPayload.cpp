@@ -4,6 +4,7 @@
 #include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Mesh/VertexLayout.h>
+#include <Espalier/Mesh/WindPresets.h>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -271,11 +272,11 @@ GltfArray byteArray(std::size_t count, int componentType, int components)
     return array;
 }
 
-Expected<void> checkJoints(std::span<const JointWeights> vertices, std::size_t joints)
+Expected<void> checkJoints(std::span<const WindInfluence> vertices, std::size_t joints)
 {
     for (std::size_t i = 0; i < vertices.size(); ++i)
     {
-        const JointWeights& vertex = vertices[i];
+        const WindInfluence& vertex = vertices[i];
         unsigned sum = 0;
         for (std::size_t k = 0; k < 4; ++k)
         {
@@ -296,7 +297,7 @@ Expected<void> checkJoints(std::span<const JointWeights> vertices, std::size_t j
 
 /// glTF wants joint 0 where the weight is 0.
 template <class Index>
-std::array<Index, 4> jointsOf(const JointWeights& vertex)
+std::array<Index, 4> jointsOf(const WindInfluence& vertex)
 {
     std::array<Index, 4> joints{};
     for (std::size_t k = 0; k < 4; ++k)
@@ -548,7 +549,7 @@ GltfArray colourArray(std::span<const Tint> colours)
     return array;
 }
 
-GltfArray jointArray(std::span<const JointWeights> vertices, std::size_t joints)
+GltfArray jointArray(std::span<const WindInfluence> vertices, std::size_t joints)
 {
     GltfArray array = byteArray(vertices.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, 4);
     array.isNormalized = false;
@@ -557,7 +558,7 @@ GltfArray jointArray(std::span<const JointWeights> vertices, std::size_t joints)
         array.write = [=](const ByteSink& sink) -> Expected<void> {
             if (auto checked = checkJoints(vertices, joints); !checked)
                 return checked;
-            return converted<std::array<Index, 4>>(vertices, nothingToCheck<JointWeights>, "", jointsOf<Index>)(sink);
+            return converted<std::array<Index, 4>>(vertices, nothingToCheck<WindInfluence>, "", jointsOf<Index>)(sink);
         };
     };
     if (joints <= 256)
@@ -571,15 +572,15 @@ GltfArray jointArray(std::span<const JointWeights> vertices, std::size_t joints)
     return array;
 }
 
-GltfArray weightArray(std::span<const JointWeights> vertices)
+GltfArray weightArray(std::span<const WindInfluence> vertices)
 {
     GltfArray array = byteArray(vertices.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, 4);
-    array.write = converted<std::array<std::uint8_t, 4>>(vertices, nothingToCheck<JointWeights>, "",
-                                                         [](const JointWeights& vertex) { return vertex.weights; });
+    array.write = converted<std::array<std::uint8_t, 4>>(vertices, nothingToCheck<WindInfluence>, "",
+                                                         [](const WindInfluence& vertex) { return vertex.weights; });
     return array;
 }
 
-GltfArray bindMatrixArray(std::span<const BakedJoint> joints, const PositionGrid& grid)
+GltfArray bindMatrixArray(std::span<const WindJoint> joints, const PositionGrid& grid)
 {
     GltfArray array;
     array.count = joints.size();
@@ -587,7 +588,7 @@ GltfArray bindMatrixArray(std::span<const BakedJoint> joints, const PositionGrid
     array.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
     array.type = TINYGLTF_TYPE_MAT4;
     array.write =
-        converted<std::array<float, 16>>(joints, nothingToCheck<BakedJoint>, "", [grid](const BakedJoint& joint) {
+        converted<std::array<float, 16>>(joints, nothingToCheck<WindJoint>, "", [grid](const WindJoint& joint) {
             const Vec3 moved = grid.centre - joint.position;
             const float scale = grid.halfExtent;
             return std::array<float, 16>{scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, moved.x, moved.y, moved.z, 1};
