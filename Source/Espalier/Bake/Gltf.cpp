@@ -6,6 +6,7 @@
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Core/Utf8.h>
 #include <Espalier/Mesh/TreeMesh.h>
+#include <Espalier/Mesh/WindPresets.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
 #include <charconv>
@@ -52,13 +53,13 @@ Expected<void> checkLevel(const BakedLevel& level, std::size_t joints)
     if (mesh.normals.size() != vertices || mesh.tangents.size() != vertices || mesh.uvs.size() != vertices ||
         !isOptional(mesh.tints.size()))
         return bad("its vertex arrays differ in length");
-    if (!isOptional(level.colours.size()) || !isOptional(level.joints.size()) ||
+    if (!isOptional(level.colours.size()) || !isOptional(level.influences.size()) ||
         std::ranges::any_of(level.furtherUvs, [&](const auto& uvs) { return uvs.size() != vertices; }))
         return bad("what goes with it is not as long as its vertices");
     if (level.furtherUvs.size() > kMostFurtherUvs)
         return bad("it has " + std::to_string(level.furtherUvs.size()) + " further texture coordinates of at most " +
                    std::to_string(kMostFurtherUvs));
-    if ((joints > 0) == level.joints.empty())
+    if ((joints > 0) == level.influences.empty())
         return bad("it is to have joints, and its vertices none, or the other way round");
     if (!std::isfinite(level.error) || level.error < 0)
         return bad("its error is negative or not finite");
@@ -83,8 +84,8 @@ Expected<void> checkTree(const BakedTree& tree)
                       "at most " + std::to_string(kMaxJoints));
     for (std::size_t i = 0; i < tree.joints.size(); ++i)
     {
-        const BakedJoint& joint = tree.joints[i];
-        if (joint.parent != kNoJoint && joint.parent >= i)
+        const WindJoint& joint = tree.joints[i];
+        if (joint.parent != kNoElement && joint.parent >= i)
             return refuse("joint " + std::to_string(i) + " hangs on joint " + std::to_string(joint.parent),
                           "parents before children");
         if (!isFinite(joint.position))
@@ -230,8 +231,8 @@ private:
             attributes.emplace_back("COLOR_0", colourArray(colours));
         if (hasSkin())
         {
-            attributes.emplace_back("JOINTS_0", jointArray(level.joints, tree_.joints.size()));
-            attributes.emplace_back("WEIGHTS_0", weightArray(level.joints));
+            attributes.emplace_back("JOINTS_0", jointArray(level.influences, tree_.joints.size()));
+            attributes.emplace_back("WEIGHTS_0", weightArray(level.influences));
         }
         tinygltf::Primitive primitive;
         primitive.mode = TINYGLTF_MODE_TRIANGLES;
@@ -364,8 +365,8 @@ private:
         model_.scenes[0].nodes.push_back(armature);
         for (std::size_t i = 0; i < tree_.joints.size(); ++i)
         {
-            const BakedJoint& joint = tree_.joints[i];
-            const bool isRoot = joint.parent == kNoJoint;
+            const WindJoint& joint = tree_.joints[i];
+            const bool isRoot = joint.parent == kNoElement;
             const Vec3 moved = isRoot ? joint.position : joint.position - tree_.joints[joint.parent].position;
             const int index = first + static_cast<int>(i);
             tinygltf::Node node;

@@ -3,7 +3,6 @@
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Random.h>
 #include <Espalier/Core/Vector.h>
-#include <array>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -14,6 +13,8 @@ namespace espalier {
 struct Appearance;
 struct Tint;
 struct TreeMesh;
+struct WindInfluence;
+struct WindJoint;
 
 /// What a baked tree says of itself: names in the scene, and `extras` of its node:
 /// `{"espalier": {"species": name, "speciesHash": "00c0ffee00c0ffee", "seed": "42", "version": "0.1.0"}}`, the version
@@ -55,22 +56,6 @@ struct EncodedImages
     std::string roughness; ///< Green roughness, blue metal as in glTF, red occlusion.
 };
 
-inline constexpr std::uint32_t kNoJoint = 0xffffffffu;
-
-/// A joint of a skin. It turns nothing in its rest.
-struct BakedJoint
-{
-    std::uint32_t parent = kNoJoint; ///< Below its own index.
-    Vec3 position{0};                ///< Metres, plant space, at rest.
-};
-
-/// What moves a vertex.
-struct JointWeights
-{
-    std::array<std::uint16_t, 4> joints{};       ///< Different ones where their weights are not 0.
-    std::array<std::uint8_t, 4> weights{255, 0}; ///< In 1/255; their sum is 255.
-};
-
 /// One level of detail of a tree. Spans are the caller's memory and as long as the mesh's vertices, or empty.
 struct BakedLevel
 {
@@ -81,7 +66,7 @@ struct BakedLevel
     std::span<const Tint> colours;
     /// TEXCOORD_1 and up, unchanged: wind data. At most kMostFurtherUvs.
     std::span<const std::span<const Vec2>> furtherUvs;
-    std::span<const JointWeights> joints; ///< Of each vertex; needed if the tree has joints.
+    std::span<const WindInfluence> influences; ///< Of the tree's joints, different ones; needed if it has joints.
 };
 
 inline constexpr std::size_t kMostFurtherUvs = 7;
@@ -93,7 +78,8 @@ struct BakedTree
     /// the portable way is a file for each.
     std::span<const BakedLevel> levels;
     std::span<const EncodedImages> images; ///< [0] of bark, [1 + k] of leaves of kind k; may be shorter.
-    std::span<const BakedJoint> joints;    ///< A skin, if there are any. At most 65,536, parents before children.
+    /// A skin, if there are any (Mesh/WindPresets.h). At most 65,536, parents before children; positions alone count.
+    std::span<const WindJoint> joints;
 };
 
 /// `tree` as the bytes of a GLB file: glTF 2.0, all in one buffer, 16-bit indices where they suffice (to 65,535

@@ -1,8 +1,10 @@
 #include <Espalier/Bake/GltfPayload.h>
 
 #include <Espalier/Bake/TinyGltf.h>
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Mesh/VertexLayout.h>
+#include <Espalier/Mesh/WindPresets.h>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -18,8 +20,11 @@ namespace {
 static_assert(std::endian::native == std::endian::little,
               "glTF buffers are little-endian; arrays are copied as they lie");
 
-/// Elements that are checked, converted and handed on together: they stay in the second cache.
-constexpr std::size_t kBlock = 8192;
+/// Bytes that are checked, converted and handed on together: they stay in the second cache, and a system call for each
+/// costs little.
+constexpr std::size_t kBlockBytes = std::size_t{256} << 10;
+template <class Element>
+constexpr std::size_t kBlock = kBlockBytes / sizeof(Element);
 
 /// 1/4096 repeat: a quarter of a texel of 1024.
 constexpr int kTextureExponent = -12;
@@ -53,6 +58,15 @@ std::size_t firstBad(std::span<const T> values, const AreAllGood& areAllGood, co
 }
 
 template <class Vector>
+bool isFinite(const Vector& v)
+{
+    for (int i = 0; i < Vector::length(); ++i)
+        if (!std::isfinite(v[i]))
+            return false;
+    return true;
+}
+
+template <class Vector>
 std::size_t firstInfinite(std::span<const Vector> values)
 {
     // Branch-free over bits, which compilers turn into vector instructions.
@@ -63,13 +77,7 @@ std::size_t firstInfinite(std::span<const Vector> values)
                 worst = std::max(worst, std::bit_cast<std::int32_t>(v[i]) & 0x7fffffff);
         return worst < 0x7f800000;
     };
-    const auto isFinite = [](const Vector& v) {
-        for (int i = 0; i < Vector::length(); ++i)
-            if (!std::isfinite(v[i]))
-                return false;
-        return true;
-    };
-    return firstBad(values, areFinite, isFinite);
+    return firstBad(values, areFinite, isFinite<Vector>);
 }
 
 /// As closely as the Khronos validator asks, with some room.
@@ -108,9 +116,9 @@ template <class T, class Check>
 auto asTheyLie(std::span<const T> values, const Check& check, const char* complaint)
 {
     return [=](const ByteSink& sink) -> Expected<void> {
-        for (std::size_t first = 0; first < values.size(); first += kBlock)
+        for (std::size_t first = 0; first < values.size(); first += kBlock<T>)
         {
-            const auto block = values.subspan(first, std::min(kBlock, values.size() - first));
+            const auto block = values.subspan(first, std::min(kBlock<T>, values.size() - first));
             if (const std::size_t worst = check(block); worst != kAllGood)
                 return badVertex(first + worst, complaint);
             if (auto written = sink(bytesOf(block)); !written)
@@ -124,10 +132,10 @@ template <class To, class T, class Check, class Convert>
 auto converted(std::span<const T> values, const Check& check, const char* complaint, const Convert& convert)
 {
     return [=](const ByteSink& sink) -> Expected<void> {
-        std::vector<To> made(std::min(kBlock, values.size()));
-        for (std::size_t first = 0; first < values.size(); first += kBlock)
+        std::vector<To> made(std::min(kBlock<To>, values.size()));
+        for (std::size_t first = 0; first < values.size(); first += kBlock<To>)
         {
-            const auto block = values.subspan(first, std::min(kBlock, values.size() - first));
+            const auto block = values.subspan(first, std::min(kBlock<To>, values.size() - first));
             if (const std::size_t worst = check(block); worst != kAllGood)
                 return badVertex(first + worst, complaint);
             std::ranges::transform(block, made.begin(), convert);
@@ -177,6 +185,38 @@ Vec2 fromTop(const Vec2& uv)
 }
 
 constexpr const char* kInfiniteUv = "a texture coordinate that is not finite";
+
+/// uvs, with v from the top. Four numbers at a time: one by one it would cost as much as writing them.
+auto flipped(std::span<const Vec2> uvs)
+{
+    return [uvs](const ByteSink& sink) -> Expected<void> {
+        std::vector<Vec2> made(std::min(kBlock<Vec2>, uvs.size()));
+        for (std::size_t first = 0; first < uvs.size(); first += kBlock<Vec2>)
+        {
+            const auto block = uvs.subspan(first, std::min(kBlock<Vec2>, uvs.size() - first));
+            constexpr simd::FourInts kIsU{-1, 0, -1, 0};
+            constexpr simd::Four kOne{1, 1, 1, 1};
+            simd::Four unsound{};
+            std::size_t i = 0;
+            for (; i + 2 <= block.size(); i += 2)
+            {
+                const simd::Four uv = simd::load(&block[i]);
+                unsound += uv * 0.0f;
+                simd::store(&made[i],
+                            (simd::Four)(((simd::FourInts)uv & kIsU) | ((simd::FourInts)(kOne - uv) & ~kIsU)));
+            }
+            for (; i < block.size(); ++i)
+                made[i] = fromTop(block[i]);
+            const float sum = unsound[0] + unsound[1] + unsound[2] + unsound[3];
+            if (!(sum == 0) || !isFinite(block.back())) // of zeros, but not of infinities and NaN times 0
+                if (const std::size_t worst = firstInfinite(block); worst != kAllGood)
+                    return badVertex(first + worst, kInfiniteUv);
+            if (auto written = sink(bytesOf(std::span<const Vec2>(made).first(block.size()))); !written)
+                return written;
+        }
+        return {};
+    };
+}
 
 /// Texture coordinates in words of the exponential filter, all with one exponent: 24 bits of mantissa below 8 of
 /// exponent. The filter's own encoder gives each value the exponent that it needs, which compresses worse.
@@ -232,11 +272,11 @@ GltfArray byteArray(std::size_t count, int componentType, int components)
     return array;
 }
 
-Expected<void> checkJoints(std::span<const JointWeights> vertices, std::size_t joints)
+Expected<void> checkJoints(std::span<const WindInfluence> vertices, std::size_t joints)
 {
     for (std::size_t i = 0; i < vertices.size(); ++i)
     {
-        const JointWeights& vertex = vertices[i];
+        const WindInfluence& vertex = vertices[i];
         unsigned sum = 0;
         for (std::size_t k = 0; k < 4; ++k)
         {
@@ -257,7 +297,7 @@ Expected<void> checkJoints(std::span<const JointWeights> vertices, std::size_t j
 
 /// glTF wants joint 0 where the weight is 0.
 template <class Index>
-std::array<Index, 4> jointsOf(const JointWeights& vertex)
+std::array<Index, 4> jointsOf(const WindInfluence& vertex)
 {
     std::array<Index, 4> joints{};
     for (std::size_t k = 0; k < 4; ++k)
@@ -265,27 +305,44 @@ std::array<Index, 4> jointsOf(const JointWeights& vertex)
     return joints;
 }
 
+Expected<void> checkIndices(std::span<const std::uint32_t> block, std::size_t first, std::size_t vertices)
+{
+    // Numbers below 2^31 are below `vertices` where the difference has its sign: two operations each, where a maximum
+    // of unsigned numbers has none in SSE2.
+    std::uint32_t all = 0;
+    std::uint32_t differences = 0x80000000u;
+    for (const std::uint32_t index : block)
+    {
+        all |= index;
+        differences &= index - static_cast<std::uint32_t>(vertices);
+    }
+    if (vertices < 0x80000000u && (differences & ~all & 0x80000000u) != 0)
+        return {};
+    const auto worst = std::ranges::find_if(block, [&](std::uint32_t index) { return index >= vertices; });
+    if (worst == block.end())
+        return {};
+    return bad("index " + std::to_string(first + static_cast<std::size_t>(worst - block.begin())) + " is " +
+               std::to_string(*worst) + " of " + std::to_string(vertices) + " vertices");
+}
+
 template <class Index>
-auto narrowed(std::span<const std::uint32_t> indices, std::size_t vertices)
+auto indicesAs(std::span<const std::uint32_t> indices, std::size_t vertices)
 {
     return [=](const ByteSink& sink) -> Expected<void> {
-        std::vector<Index> made(std::min(kBlock, indices.size()));
-        for (std::size_t first = 0; first < indices.size(); first += kBlock)
+        constexpr bool kIsNarrower = sizeof(Index) < sizeof(std::uint32_t);
+        std::vector<Index> made(kIsNarrower ? std::min(kBlock<Index>, indices.size()) : 0);
+        for (std::size_t first = 0; first < indices.size(); first += kBlock<Index>)
         {
-            const auto block = indices.subspan(first, std::min(kBlock, indices.size() - first));
-            std::uint32_t highest = 0;
-            for (std::size_t i = 0; i < block.size(); ++i)
+            const auto block = indices.subspan(first, std::min(kBlock<Index>, indices.size() - first));
+            if (auto checked = checkIndices(block, first, vertices); !checked)
+                return checked;
+            std::string_view bytes = bytesOf(block);
+            if constexpr (kIsNarrower)
             {
-                highest = std::max(highest, block[i]);
-                made[i] = static_cast<Index>(block[i]);
+                std::ranges::transform(block, made.begin(), [](std::uint32_t i) { return static_cast<Index>(i); });
+                bytes = bytesOf(std::span<const Index>(made).first(block.size()));
             }
-            if (highest >= vertices)
-            {
-                const auto worst = std::ranges::find_if(block, [&](std::uint32_t index) { return index >= vertices; });
-                return bad("index " + std::to_string(first + static_cast<std::size_t>(worst - block.begin())) + " is " +
-                           std::to_string(*worst) + " of " + std::to_string(vertices) + " vertices");
-            }
-            if (auto written = sink(bytesOf(std::span<const Index>(made).first(block.size()))); !written)
+            if (auto written = sink(bytes); !written)
                 return written;
         }
         return {};
@@ -348,18 +405,50 @@ std::uint64_t padded(std::uint64_t bytes)
 
 } // namespace
 
+// Twelve numbers at a time, whose axes are x y z x, y z x y and z x y z: this pass is the only one that reads an array
+// before it is written.
 Expected<Bounds> boundsOf(std::span<const Vec3> positions)
 {
-    if (const std::size_t worst = firstInfinite(positions); worst != kAllGood)
-        return badVertex(worst, "a position that is not finite");
-    // Lane for lane, so that compilers make vector instructions of it.
-    Bounds bounds{positions[0], positions[0]};
-    for (const Vec3& p : positions)
+    using simd::Four;
+    using simd::FourInts;
+    constexpr std::size_t kRegisters = 3;
+    const auto chosen = [](FourInts mask, Four yes, Four no) {
+        return (Four)(((FourInts)yes & mask) | ((FourInts)no & ~mask));
+    };
+    std::array<Four, kRegisters> lows;
+    const Vec3 p = positions[0];
+    lows = {Four{p.x, p.y, p.z, p.x}, Four{p.y, p.z, p.x, p.y}, Four{p.z, p.x, p.y, p.z}};
+    std::array<Four, kRegisters> highs = lows;
+    Four unsound{};
+    std::size_t i = 0;
+    for (; i + 4 <= positions.size(); i += 4)
     {
-        bounds.low = {std::min(bounds.low.x, p.x), std::min(bounds.low.y, p.y), std::min(bounds.low.z, p.z)};
-        bounds.high = {std::max(bounds.high.x, p.x), std::max(bounds.high.y, p.y), std::max(bounds.high.z, p.z)};
+        const float* const numbers = &positions[i].x;
+        for (std::size_t r = 0; r < kRegisters; ++r)
+        {
+            const Four four = simd::load(numbers + 4 * r);
+            lows[r] = chosen(four < lows[r], four, lows[r]);
+            highs[r] = chosen(four > highs[r], four, highs[r]);
+            unsound += four * 0.0f;
+        }
     }
-    return bounds;
+    Bounds bounds{p, p};
+    const auto widen = [&](int axis, float low, float high) {
+        bounds.low[axis] = std::min(bounds.low[axis], low);
+        bounds.high[axis] = std::max(bounds.high[axis], high);
+    };
+    for (std::size_t k = 0; k < 4 * kRegisters; ++k)
+        widen(static_cast<int>(k % 3), lows[k / 4][k % 4], highs[k / 4][k % 4]);
+    for (; i < positions.size(); ++i)
+        for (int axis = 0; axis < 3; ++axis)
+            widen(axis, positions[i][axis], positions[i][axis]);
+    const float sum = unsound[0] + unsound[1] + unsound[2] + unsound[3];
+    const auto tail = positions.last(std::min<std::size_t>(4, positions.size()));
+    if (!(sum == 0) ||
+        !std::ranges::all_of(tail, isFinite<Vec3>)) // zeros add up to 0, infinities and NaN times 0 do not
+        return badVertex(firstInfinite(positions), "a position that is not finite");
+    const Vec3 noSign(0); // of zeros, which depends on how they stand in the registers
+    return Bounds{bounds.low + noSign, bounds.high + noSign};
 }
 
 PositionGrid gridOf(const Bounds& bounds) noexcept
@@ -442,7 +531,7 @@ GltfArray textureArray(std::span<const Vec2> uvs, GltfEncoding encoding)
     if (isOnGrid)
         array.write = onTextureGrid(uvs);
     else
-        array.write = converted<Vec2>(uvs, firstInfinite<Vec2>, kInfiniteUv, fromTop);
+        array.write = flipped(uvs);
     return array;
 }
 
@@ -460,7 +549,7 @@ GltfArray colourArray(std::span<const Tint> colours)
     return array;
 }
 
-GltfArray jointArray(std::span<const JointWeights> vertices, std::size_t joints)
+GltfArray jointArray(std::span<const WindInfluence> vertices, std::size_t joints)
 {
     GltfArray array = byteArray(vertices.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, 4);
     array.isNormalized = false;
@@ -469,7 +558,7 @@ GltfArray jointArray(std::span<const JointWeights> vertices, std::size_t joints)
         array.write = [=](const ByteSink& sink) -> Expected<void> {
             if (auto checked = checkJoints(vertices, joints); !checked)
                 return checked;
-            return converted<std::array<Index, 4>>(vertices, nothingToCheck<JointWeights>, "", jointsOf<Index>)(sink);
+            return converted<std::array<Index, 4>>(vertices, nothingToCheck<WindInfluence>, "", jointsOf<Index>)(sink);
         };
     };
     if (joints <= 256)
@@ -483,15 +572,15 @@ GltfArray jointArray(std::span<const JointWeights> vertices, std::size_t joints)
     return array;
 }
 
-GltfArray weightArray(std::span<const JointWeights> vertices)
+GltfArray weightArray(std::span<const WindInfluence> vertices)
 {
     GltfArray array = byteArray(vertices.size(), TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, 4);
-    array.write = converted<std::array<std::uint8_t, 4>>(vertices, nothingToCheck<JointWeights>, "",
-                                                         [](const JointWeights& vertex) { return vertex.weights; });
+    array.write = converted<std::array<std::uint8_t, 4>>(vertices, nothingToCheck<WindInfluence>, "",
+                                                         [](const WindInfluence& vertex) { return vertex.weights; });
     return array;
 }
 
-GltfArray bindMatrixArray(std::span<const BakedJoint> joints, const PositionGrid& grid)
+GltfArray bindMatrixArray(std::span<const WindJoint> joints, const PositionGrid& grid)
 {
     GltfArray array;
     array.count = joints.size();
@@ -499,7 +588,7 @@ GltfArray bindMatrixArray(std::span<const BakedJoint> joints, const PositionGrid
     array.componentType = TINYGLTF_COMPONENT_TYPE_FLOAT;
     array.type = TINYGLTF_TYPE_MAT4;
     array.write =
-        converted<std::array<float, 16>>(joints, nothingToCheck<BakedJoint>, "", [grid](const BakedJoint& joint) {
+        converted<std::array<float, 16>>(joints, nothingToCheck<WindJoint>, "", [grid](const WindJoint& joint) {
             const Vec3 moved = grid.centre - joint.position;
             const float scale = grid.halfExtent;
             return std::array<float, 16>{scale, 0, 0, 0, 0, scale, 0, 0, 0, 0, scale, 0, moved.x, moved.y, moved.z, 1};
@@ -517,9 +606,9 @@ GltfArray indexArray(std::span<const std::uint32_t> indices, std::size_t vertice
     array.type = TINYGLTF_TYPE_SCALAR;
     array.codec = GltfArray::Codec::Triangles;
     if (isShort)
-        array.write = narrowed<std::uint16_t>(indices, vertices);
+        array.write = indicesAs<std::uint16_t>(indices, vertices);
     else
-        array.write = narrowed<std::uint32_t>(indices, vertices);
+        array.write = indicesAs<std::uint32_t>(indices, vertices);
     return array;
 }
 

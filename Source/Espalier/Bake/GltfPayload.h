@@ -63,9 +63,9 @@ struct Bounds
 [[nodiscard]] GltfArray furtherTextureArray(std::span<const Vec2> uvs);
 [[nodiscard]] GltfArray colourArray(std::span<const Tint> colours);
 /// Joints of a skin with so many, and their weights.
-[[nodiscard]] GltfArray jointArray(std::span<const JointWeights> vertices, std::size_t joints);
-[[nodiscard]] GltfArray weightArray(std::span<const JointWeights> vertices);
-[[nodiscard]] GltfArray bindMatrixArray(std::span<const BakedJoint> joints, const PositionGrid& grid);
+[[nodiscard]] GltfArray jointArray(std::span<const WindInfluence> vertices, std::size_t joints);
+[[nodiscard]] GltfArray weightArray(std::span<const WindInfluence> vertices);
+[[nodiscard]] GltfArray bindMatrixArray(std::span<const WindJoint> joints, const PositionGrid& grid);
 /// 16 bits each if they suffice.
 [[nodiscard]] GltfArray indexArray(std::span<const std::uint32_t> indices, std::size_t vertices);
 

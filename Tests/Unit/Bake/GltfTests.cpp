@@ -1,6 +1,7 @@
 #include <Espalier/Bake/Gltf.h>
 
 #include <Espalier/Core/File.h>
+#include <Espalier/Mesh/WindPresets.h>
 #include <Espalier/Species/Appearance.h>
 #include <Render/HandMadeMesh.h>
 #include <algorithm>
@@ -149,6 +150,9 @@ Appearance twoKinds()
     appearance.leaves[1].translucency = 0.5f;
     return appearance;
 }
+
+/// All of joint 0.
+constexpr WindInfluence kWhole{{}, {255, 0, 0, 0}};
 
 constexpr GltfEncoding kEncodings[] = {GltfEncoding::Portable, GltfEncoding::Quantized, GltfEncoding::Compressed};
 
@@ -610,13 +614,16 @@ TEST(Gltf, FurtherTextureCoordinatesPassUnchanged)
 TEST(Gltf, ASkinAtRestMovesNothing)
 {
     const TreeMesh mesh = handMade({.sides = 5, .height = 3, .base = {1, 0, 0}});
-    const BakedJoint joints[] = {{kNoJoint, {1, 0, 0}}, {0, {1, 1, 0}}, {1, {1.5f, 2, 0.25f}}, {kNoJoint, {4, 0, 0}}};
-    std::vector<JointWeights> weights(mesh.positions.size());
+    const WindJoint joints[] = {{kNoElement, 0, {1, 0, 0}, {}},
+                                {0, 1, {1, 1, 0}, {}},
+                                {1, 2, {1.5f, 2, 0.25f}, {}},
+                                {kNoElement, 3, {4, 0, 0}, {}}};
+    std::vector<WindInfluence> weights(mesh.positions.size());
     for (std::size_t i = 0; i < weights.size(); ++i)
         weights[i] = {{2, 1, 0, 3}, {static_cast<std::uint8_t>(55 + i), static_cast<std::uint8_t>(200 - i), 0, 0}};
     BakedLevel level;
     level.mesh = &mesh;
-    level.joints = weights;
+    level.influences = weights;
     for (const GltfEncoding encoding : kEncodings)
     {
         const Glb glb(bakeGlb(BakedTree{{&level, 1}, {}, joints}, {}, kOak, {encoding}));
@@ -656,14 +663,14 @@ TEST(Gltf, ASkinAtRestMovesNothing)
 TEST(Gltf, ManyJointsNeedLongIndices)
 {
     const TreeMesh mesh = handMade({.sides = 5});
-    std::vector<BakedJoint> joints(257);
+    std::vector<WindJoint> joints(257);
     for (std::uint32_t i = 1; i < 257; ++i)
         joints[i].parent = i - 1;
-    std::vector<JointWeights> weights(mesh.positions.size());
+    std::vector<WindInfluence> weights(mesh.positions.size(), kWhole);
     weights[0] = {{256, 3, 7, 9}, {1, 2, 2, 250}};
     BakedLevel level;
     level.mesh = &mesh;
-    level.joints = weights;
+    level.influences = weights;
     const Glb glb(bakeGlb(BakedTree{{&level, 1}, {}, joints}, {}, kOak));
     EXPECT_EQ((glb.read<std::uint16_t, 4>(glb.attribute("JOINTS_0"))[0]), (std::array<double, 4>{256, 3, 7, 9}));
 }
@@ -677,9 +684,9 @@ TEST(Gltf, RefusesWhatDoesNotGoWithTheMesh)
     };
     static const std::vector<Vec2> shortUvs(3);
     static const std::span<const Vec2> shortSets[] = {shortUvs};
-    static const std::vector<JointWeights> shortWeights(3);
-    static std::vector<JointWeights> weights;
-    static std::vector<BakedJoint> joints;
+    static const std::vector<WindInfluence> shortWeights(3);
+    static std::vector<WindInfluence> weights;
+    static std::vector<WindJoint> joints;
     static const std::vector<EncodedImages> noPng{{"JFIF", {}, {}}};
     const Wrong cases[] = {
         {"no level", [](auto&, auto&, auto& tree) { tree.levels = {}; }},
@@ -687,9 +694,9 @@ TEST(Gltf, RefusesWhatDoesNotGoWithTheMesh)
         {"tints too short", [](auto& mesh, auto&, auto&) { mesh.tints.resize(3); }},
         {"uvs too short", [](auto&, auto& level, auto&) { level.furtherUvs = shortSets; }},
         {"NaN error", [](auto&, auto& level, auto&) { level.error = kNaN; }},
-        {"joints without weights", [](auto&, auto& level, auto&) { level.joints = {}; }},
+        {"joints without weights", [](auto&, auto& level, auto&) { level.influences = {}; }},
         {"weights without joints", [](auto&, auto&, auto& tree) { tree.joints = {}; }},
-        {"weights too short", [](auto&, auto& level, auto&) { level.joints = shortWeights; }},
+        {"weights too short", [](auto&, auto& level, auto&) { level.influences = shortWeights; }},
         {"weights below 255",
          [](auto&, auto&, auto&) {
              weights[4].weights = {254, 0, 0, 0};
@@ -708,11 +715,11 @@ TEST(Gltf, RefusesWhatDoesNotGoWithTheMesh)
         for (const Wrong& wrong : cases)
         {
             TreeMesh mesh = handMade({});
-            weights.assign(mesh.positions.size(), {});
+            weights.assign(mesh.positions.size(), kWhole);
             joints.assign(2, {});
             BakedLevel level;
             level.mesh = &mesh;
-            level.joints = weights;
+            level.influences = weights;
             BakedTree tree{{&level, 1}, {}, joints};
             ASSERT_TRUE(bakeGlb(tree, {}, kOak, {encoding}));
             wrong.spoil(mesh, level, tree);
