@@ -89,6 +89,7 @@ void SheetTriangulation::begin(std::uint32_t sides, std::int64_t height)
         at_[sides + j] = 2 * j;
     }
     last_ = 0;
+    isSettled_ = true;
 }
 
 /// True if the triangle contains the point; else `outside` is a corner whose opposite side it lies beyond. `on` is the
@@ -328,6 +329,8 @@ void SheetTriangulation::legalise()
 
 void SheetTriangulation::settle()
 {
+    if (isSettled_)
+        return;
     for (std::uint32_t t = 0; t < triangles_.size(); ++t)
     {
         if (triangles_[t].removed)
@@ -452,6 +455,7 @@ bool SheetTriangulation::fixSide(std::uint32_t a, std::uint32_t b)
             if (!findSide(p, q, crossing))
                 continue;
             const std::uint32_t u = triangles_[crossing.triangle].neighbours[crossing.corner];
+            isSettled_ = false;
             if (!flip(crossing))
             {
                 crossings_.push_back({p, q});

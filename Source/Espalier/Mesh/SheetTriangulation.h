@@ -83,6 +83,7 @@ private:
     std::vector<SheetTriangle> triangles_;
     std::vector<Side> doubtful_;
     std::vector<std::array<std::uint32_t, 2>> crossings_;
+    bool isSettled_ = true;  ///< Nothing has been flipped but to make triangles Delaunay.
     std::uint32_t last_ = 0; ///< Where the next point is looked for first.
 };
 

@@ -105,7 +105,8 @@ public:
         const bool isSheet = tube.sheet != kNoSheet;
         if (isSheet)
         {
-            scratch_.unwelded.resizeVertices(rings.size() * circle.size(), streams_);
+            if (const std::size_t count = rings.size() * circle.size(); count > scratch_.unwelded.positions.size())
+                scratch_.unwelded.resizeVertices(count, streams_);
             writeRings(tube, rings, circle, scratch_.unwelded, 0);
             writeSheet(tube);
         }
@@ -491,6 +492,7 @@ MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
         return MeshResult::EmptySkeleton;
     if (isWelded)
     {
+        scratch.unwelded.resizeVertices(0, {});
         planWelds(plan);
         for (const Tube& tube : scratch.tubes)
         {

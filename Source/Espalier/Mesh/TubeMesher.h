@@ -35,7 +35,8 @@ struct TubeSettings
     float rootFlare = 0.7f;       ///< The same for the trunk where it meets the ground. [0, 4]
     float rootFlareLength = 4.0f; ///< In radii of the trunk. [0, 20]
     std::uint16_t colours = 64;   ///< Parts at most: materials from this one on share the last. [1, 64]
-    TubeJoints joints = TubeJoints::Embed;
+    TubeJoints joints =
+        TubeJoints::Embed; ///< Whether branches are tubes of their own or one surface with their parents.
     MeshStreams streams{}; ///< Tints are those of young wood (BarkAppearance::youngTint).
 };
 
@@ -114,6 +115,12 @@ struct TubeScratch
 /// beyond the skeleton's end; a leaning trunk begins far enough below its start to leave no gap. A segment that starts
 /// away from its parent's end begins a tube of its own. Axes without length or radius are skipped; radius 0 closes a
 /// tube to a point.
+///
+/// With TubeJoints::Weld a branch's collar ends on the parent's surface, which is open there: tubes that grow out of
+/// each other are one closed surface, in which two triangles meet at every edge (vertices with bit-equal positions
+/// taken as one). Nothing changes but around the joints, where light crosses without an edge. Branches that hardly come
+/// out of their parent, or have no room on it, stay tubes of their own, and scratch.embedded counts them; surfaces may
+/// still pass through each other.
 ///
 /// u runs a whole number of texture repeats round each axis, so bark tiles without a seam. v advances with the length
 /// at the scale of u on the axis' mean radius, so texels stay square: about one repeat a tile, more on axes thinner
