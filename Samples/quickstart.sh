@@ -23,28 +23,31 @@ rm -rf "$out"
 mkdir -p "$out"
 espalier=Build/release/bin/espalier
 
-# A drawn tree becomes a species, a file of some kilobytes.
-run $espalier infer Content/Oak.archetype -o $out/oak.species
+# A drawn tree becomes a species, a file of some kilobytes: its rules, and how it looks.
+for tree in Oak Birch Spruce Willow Palm; do
+    run $espalier infer Content/$tree.archetype --appearance Content/$tree.appearance -o $out/${tree,,}.species
+done
 run $espalier infer Content/Thesis.archetype -o $out/thesis.species
-run $espalier infer Content/Spruce.archetype -o $out/spruce.species
-run $espalier infer Content/Willow.archetype -o $out/willow.species
-run $espalier infer Content/Palm.archetype -o $out/palm.species
 
 # A species and a seed are a tree: always the same one, and every seed another.
-run $espalier grow $out/oak.species --seed 1..8 -o $out/oak.glb
+run $espalier grow $out/oak.species --seed 1..8 --lod 1 -o $out/oak.glb
 run $espalier grow $out/thesis.species --seed 1..8 -o $out/thesis.glb
 run $espalier overlap $out/oak.species --seed 1..8
+# What a game takes: levels of detail, wind data, collision shapes.
+run $espalier grow $out/birch.species --lod 0..4 --wind generic --collision -o $out/birch.glb
 
 # The drawn tree, it among seven relatives, and one of them from all sides.
 run $espalier render Content/Oak.archetype -o $out/oak-drawn.png
-run $espalier render Content/Oak.archetype $out/oak.species --seed 1..7 --sheet -o $out/oak-relatives.png
-run $espalier render $out/oak.species --seed 3 --turntable 6 -o $out/oak-3-turntable.png
+run $espalier render Content/Oak.archetype $out/oak.species --seed 1..7 --no-leaves --sheet --samples 16 \
+    -o $out/oak-relatives.png
+run $espalier render $out/oak.species --seed 3 --turntable 6 --samples 16 -o $out/oak-3-turntable.png
+run $espalier render $out/oak.species --seed 1 --seasons --sheet --samples 16 -o $out/oak-seasons.png
 run $espalier render Content/Thesis.archetype -o $out/thesis-drawn.png
 run $espalier render Content/Thesis.archetype $out/thesis.species --seed 1..7 --sheet \
     -o $out/thesis-relatives.png
-for tree in Spruce Willow Palm; do
-    run $espalier render Content/$tree.archetype $out/${tree,,}.species --seed 1..7 --sheet --samples 16 \
-        --width 400 --height 460 -o $out/${tree,,}-relatives.png
+for tree in Birch Spruce Willow Palm; do
+    run $espalier render $out/${tree,,}.species --seed 1..4 --sheet --samples 12 --width 400 --height 460 \
+        -o $out/${tree,,}-relatives.png
 done
 
 # The same steps from C++: Samples/QuickStart/main.cpp.

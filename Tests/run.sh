@@ -4,6 +4,8 @@
 #                          GLB files in the Khronos validator, the sources' format
 #   Tests/run.sh --quick   all tests optimised, nothing else
 #   Tests/run.sh --fuzz    each fuzz target for 30 seconds, nothing else
+#   Tests/run.sh --acceptance   trees in leaf in all their levels and profiles, before the Khronos validator and other
+#                          readers: an hour and 20 GB; nothing else
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 jobs=$(nproc)
@@ -75,13 +77,14 @@ suite()
     fi
 }
 
-install_validator()
+# npm_install FOLDER
+npm_install()
 (
-    cd Tests/Validator || exit
+    cd "$1" || exit
     # npm leaves this file when it has finished; while it is younger than the list there is nothing to do.
     [ node_modules/.package-lock.json -nt package-lock.json ] && exit
     npm ci --no-audit --no-fund && touch node_modules/.package-lock.json && exit
-    echo "The Khronos validator is missing: npm must reach its registry once. See its message above." >&2
+    echo "$1 is missing what it needs: npm must reach its registry once. See its message above." >&2
     exit 1
 )
 
@@ -101,8 +104,25 @@ bake_trees()
         name=Build/release/Trees/$(basename "$archetype" .archetype)
         while read -r preset seeds; do
             Build/release/bin/espalier infer "$archetype" --preset "$preset" -o "$name-$preset.species" || exit
-            Build/release/bin/espalier grow "$name-$preset.species" --seed "$seeds" -o "$name-$preset.glb" || exit
+            Build/release/bin/espalier grow "$name-$preset.species" --seed "$seeds" --textures 0 -o "$name-$preset.glb" || exit
         done <<< $'kin 1..50\nhelberg 1..10'
+    done
+)
+
+# bake_dressed SEEDS LEVELS: trees in leaf in every profile and with every kind of wind data.
+bake_dressed()
+(
+    folder=Build/release/Dressed
+    rm -rf $folder
+    mkdir -p $folder || exit
+    for appearance in Content/*.appearance; do
+        name=$(basename "$appearance" .appearance)
+        Build/release/bin/espalier infer "Content/$name.archetype" --appearance "$appearance" -o $folder/$name.species || exit
+        while read -r profile wind more; do
+            # shellcheck disable=SC2086
+            Build/release/bin/espalier grow $folder/$name.species --seed "$1" --lod "$2" --textures 64 --profile $profile \
+                --wind $wind $more -o "$folder/$name-$profile-$wind.glb" || exit
+        done <<< $'portable generic --translucent\nquantized bones\ncompressed pivot --together\nportable crytek --branches weld'
     done
 )
 
@@ -110,6 +130,13 @@ bake_trees()
 validate()
 {
     node Tests/Validator/validate.mjs "$@" || return
+    passed=$((passed + $#))
+}
+
+# read_elsewhere FILE...: each file counts as a test.
+read_elsewhere()
+{
+    printf '%s\0' "$@" | xargs -0 -n 50 node Tests/Acceptance/gltf-readers/read.mjs || return
     passed=$((passed + $#))
 }
 
@@ -130,7 +157,7 @@ fuzz()
 }
 
 case "${1:-}" in
-    "" | --quick | --fuzz) ;;
+    "" | --quick | --fuzz | --acceptance) ;;
     *)
         sed -n '2,/^set/{/^#/s/^# \{0,1\}//p}' Tests/run.sh >&2
         exit 2
@@ -147,6 +174,16 @@ if [ "${1:-}" = --fuzz ]; then
     else
         failed=$((failed + 1))
     fi
+elif [ "${1:-}" = --acceptance ]; then
+    if step "Build, preset release" build release espalier; then
+        must "Install the Khronos validator" npm_install Tests/Validator
+        must "Install the other readers" npm_install Tests/Acceptance/gltf-readers
+        must "Bake trees in leaf" bake_dressed 1..20 0..5
+        must "Validate GLB files" validate Build/release/Dressed/*.glb
+        must "Read GLB files with glTF-Transform and Babylon.js" read_elsewhere Build/release/Dressed/*.glb
+    else
+        failed=$((failed + 1))
+    fi
 else
     suite release all
 fi
@@ -156,9 +193,10 @@ if [ $# -eq 0 ]; then
     suite debug espalier_golden -L golden
     suite clang espalier_golden -L golden
     must "Quickstart, as a newcomer runs it" bash Samples/quickstart.sh
-    must "Install the Khronos validator" install_validator
+    must "Install the Khronos validator" npm_install Tests/Validator
     must "Bake trees" bake_trees
-    must "Validate GLB files" validate Samples/out/*.glb Build/release/Trees/*.glb
+    must "Bake trees in leaf" bake_dressed 1..1 1..4
+    must "Validate GLB files" validate Samples/out/*.glb Build/release/Trees/*.glb Build/release/Dressed/*.glb
 fi
 
 printf '\n%d passed, %d failed%s\n' $passed $failed "$([ $skipped -eq 0 ] || echo ", $skipped skipped")"
