@@ -46,6 +46,22 @@ float clamped(float value, float low, float high)
     return value > low ? std::min(value, high) : low;
 }
 
+/// The unit vector along one whose length is about 1; `otherwise` where most of it cancelled out.
+Vec3 unitOr(const Vec3& v, const Vec3& otherwise)
+{
+    const float square = glm::dot(v, v);
+    return square > 1e-8f ? v * (1 / std::sqrt(square)) : otherwise;
+}
+
+/// The unit vector normal to `heading` nearest to `wish`, or where that is of no help, to `otherwise`.
+Vec3 faceOf(const Vec3& heading, const Vec3& wish, const Vec3& otherwise)
+{
+    Vec3 face = wish - glm::dot(wish, heading) * heading;
+    face -= glm::dot(face, heading) * heading; // what rounding left, where the wish was nearly the heading
+    const float square = glm::dot(face, face);
+    return square > 1e-6f ? face * (1 / std::sqrt(square)) : sideNormalTo(heading, otherwise);
+}
+
 bool isWithin(const Skeleton& skeleton, float limit)
 {
     const auto inside = [&](const Vec3& v) {
@@ -330,10 +346,10 @@ private:
 
         FoliageScratch::Candidate candidate;
         PlacedLeaf& placed = candidate.leaf;
-        placed.heading = directionOr(glm::mix(risen, Vec3(0, -1, 0), kind.droop), risen);
+        placed.heading = unitOr(glm::mix(risen, Vec3(0, -1, 0), kind.droop), risen);
         // Its upper side looks towards the tip of the shoot, or as far as wanted to the sky.
         const Vec3 towardsTip = sin * point.tangent - cos * radial;
-        placed.face = sideNormalTo(placed.heading, glm::mix(towardsTip, Vec3(0, 1, 0), kind.facing));
+        placed.face = faceOf(placed.heading, glm::mix(towardsTip, Vec3(0, 1, 0), kind.facing), towardsTip);
         placed.foot = point.position + point.radius * radial;
         placed.length = size * kind.length;
         placed.segment = point.piece;
@@ -443,7 +459,7 @@ void settle(std::span<const LeafAppearance> kinds, FoliageScratch& scratch, Foli
         const float shade = candidate.leaf.outward.x * (kDarkest + (1 - kDarkest) * here.light);
         candidate.leaf.tint = tintOf(Vec3(shade));
         const Vec3 whole = crown.outwardFrom(place);
-        candidate.leaf.outward = directionOr(glm::mix(here.outward, whole, kWholeCrown), whole);
+        candidate.leaf.outward = unitOr(glm::mix(here.outward, whole, kWholeCrown), whole);
     }
     std::array<std::uint32_t, kMaxLeafKinds> next{};
     for (std::size_t k = 0; k < kMaxLeafKinds; ++k)

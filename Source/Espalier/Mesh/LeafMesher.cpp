@@ -22,6 +22,9 @@ constexpr float kAgreement = 0.25f;
 constexpr float kMostFold = 1.2f;
 constexpr float kMostArch = 0.4f;
 
+/// Where leaves are thinned, those that stay grow to so many errors.
+constexpr float kGrown = 2;
+
 /// A margin round what is drawn, in half widths of the surface: textures are filtered.
 constexpr float kMargin = 0.04f;
 
@@ -138,7 +141,7 @@ public:
         for (std::uint32_t v = 0; v < pattern_.vertices.size(); ++v)
         {
             LeafVertex& vertex = pattern_.vertices[v];
-            std::size_t count = 0;
+            std::uint32_t count = 0;
             Vec3 sum(0);
             for (std::size_t i = 0; i < pattern_.indices.size(); i += 3)
             {
@@ -157,9 +160,10 @@ public:
                 vertex.triangles[count++] = normal;
                 sum += normal;
             }
-            std::fill(vertex.triangles.begin() + static_cast<std::ptrdiff_t>(count), vertex.triangles.end(),
-                      vertex.triangles[0]);
             vertex.normal = directionOr(sum, vertex.facing);
+            vertex.triangleCount = count;
+            for (std::uint32_t i = 0; i < count; ++i)
+                vertex.agree[i] = glm::dot(vertex.normal, vertex.triangles[i]);
         }
     }
 
@@ -185,7 +189,7 @@ void layBlade(const LeafAppearance& kind, const Hexagon& hexagon, float bend, fl
     };
     std::array<Row, 3> rows{{{0, hexagon.foot}, {hexagon.middle, hexagon.widest}, {1, hexagon.tip}}};
     std::size_t count = 3;
-    if (!isArched && !isFolded)
+    if (!isArched)
     {
         rows = {{{0, hexagon.widest}, {1, hexagon.widest}, {}}};
         count = 2;
@@ -254,12 +258,8 @@ void layBall(const LeafAppearance& kind, float bend, float longest, LeafPattern&
     pattern.indices.clear();
     const Vec3 middle(0, stalk + radius, 0);
     ball.eachVertex([&](const Vec3& outward, const Vec3& along, const Vec2& uv) {
-        pattern.vertices.push_back({.position = middle + radius * outward,
-                                    .normal = outward,
-                                    .right = along,
-                                    .uv = uv,
-                                    .facing = outward,
-                                    .triangles = {outward, outward, outward, outward}});
+        pattern.vertices.push_back(
+            {.position = middle + radius * outward, .normal = outward, .right = along, .uv = uv, .facing = outward});
     });
     ball.eachTriangle([&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
         for (const std::uint32_t i : {a, b, c})
@@ -291,7 +291,7 @@ public:
     Thinned(const LeafAppearance& kind, float error)
     {
         const float width = kind.form == LeafForm::Ball ? 1 : clamped(kind.width, 0.01f, 4);
-        scale_ = error > 0 ? width / (error * error) : std::numeric_limits<float>::infinity();
+        scale_ = error > 0 ? width / (kGrown * kGrown * error * error) : std::numeric_limits<float>::infinity();
     }
 
     /// Share of leaves like this one that stay; 1 or more: all.
@@ -325,10 +325,11 @@ public:
         for (const LeafVertex& vertex : pattern.vertices)
         {
             const Vec3 normal = bentOut(vertex, out, pattern.bends);
-            const Vec3 along = vertex.right - glm::dot(vertex.right, normal) * normal;
+            Vec3 along = vertex.right - glm::dot(vertex.right, normal) * normal;
+            along *= 1 / glm::length(along);
             mesh_.positions[vertex_] = leaf.foot + length * toPlant(vertex.position);
             mesh_.normals[vertex_] = toPlant(normal);
-            mesh_.tangents[vertex_] = Vec4(toPlant(along / glm::length(along)), 1);
+            mesh_.tangents[vertex_] = Vec4(toPlant(along), 1);
             mesh_.uvs[vertex_] = vertex.uv;
             ++vertex_;
         }
@@ -350,16 +351,15 @@ private:
             return vertex.normal;
         const Vec3 aim = glm::dot(out, vertex.facing) < 0 ? -out : out;
         float share = bends;
-        for (const Vec3& triangle : vertex.triangles)
+        for (std::uint32_t i = 0; i < vertex.triangleCount; ++i)
         {
-            const float own = glm::dot(vertex.normal, triangle);
-            const float aimed = glm::dot(aim, triangle);
-            const float least = kAgreement * own;
-            if (own + share * (aimed - own) < least)
-                share = (own - least) / (own - aimed);
+            const float own = vertex.agree[i];
+            const float aimed = glm::dot(aim, vertex.triangles[i]);
+            if (own + share * (aimed - own) < kAgreement * own)
+                share = (1 - kAgreement) * own / (own - aimed);
         }
         const Vec3 bent = vertex.normal + share * (aim - vertex.normal);
-        return bent / glm::length(bent);
+        return bent * (1 / glm::length(bent));
     }
 
     std::size_t vertex_;

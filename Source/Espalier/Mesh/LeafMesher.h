@@ -16,8 +16,8 @@ namespace espalier {
 struct LeafSettings
 {
     float bend = 0.003f; ///< Metres: where the folds and arches of a kind rise less than this, it is flat. [0, inf)
-    /// Metres: of leaves that are smaller, some are left out and those that stay are larger (see meshLeaves). 0 keeps
-    /// all. [0, inf)
+    /// Metres: of leaves smaller than two of it some are left out, and those that stay are larger (see meshLeaves). 0
+    /// keeps all. [0, inf)
     float error = 0;
     MeshStreams streams{};
     std::uint32_t firstOrgan = 0; ///< Number of the first leaf of `foliage` among all organs of the plant.
@@ -31,7 +31,9 @@ struct LeafVertex
     Vec3 right{0};                   ///< Unit, in the surface: along +u.
     Vec2 uv{0};                      ///< [0, 1]
     Vec3 facing{0};                  ///< Unit: of the layer that it is in; says which side of it looks out.
-    std::array<Vec3, 4> triangles{}; ///< Unit normals of those that meet here; the rest repeat the first.
+    std::array<Vec3, 4> triangles{}; ///< Unit normals of those that meet here.
+    std::array<float, 4> agree{};    ///< Cosine between each of these and the normal.
+    std::uint32_t triangleCount = 0;
 };
 
 /// The triangles of one kind of leaf.
@@ -72,17 +74,17 @@ struct LeafCounts
 
 /// Appends leaves to `mesh`, as Leaves parts: one a kind that has any, in ascending order.
 ///
-/// Blades cover the part of their surface that LeafOutline draws on with a strip of four quads, folded along the
-/// midrib and arched; less where that would not be seen (LeafSettings::bend). Crossed ones are two quads, the second
-/// turned by a right angle about the midrib. Balls hang at the end of their stalk. u runs across the surface, v from
-/// its foot to its tip. Normals are bent out of the crown as far as the kind says, but stay on that side of every
-/// triangle that is its front; viewers turn them.
+/// Blades are a strip of four quads round what LeafOutline draws on their surface, folded along the midrib and arched;
+/// less where that would not be seen (LeafSettings::bend). Crossed ones are two quads, the second turned by a right
+/// angle about the midrib. Balls hang at the end of their stalk. u runs across the surface, v from its foot to its tip.
+/// Normals are bent out of the crown as far as the kind says, but stay on that side of every triangle that is its
+/// front; viewers turn them.
 ///
-/// With an error, a share s of the leaves whose surface is as large as a square with a side of sqrt(s) errors is kept,
-/// and these grow by 1 / sqrt(s), so that the crown stays as dense (stochastic simplification; Cook, Halstead, Planck
-/// and Ryu, ACM TOG 26, 2007). What a larger error keeps a smaller one keeps too. It does not matter which wood is
-/// left: where leaves are thinned, twigs are far too thin to be missed, and the crown would fall apart if leaves went
-/// with them.
+/// With an error, leaves smaller than two errors (as the root of their surface) are thinned: of those with a share s of
+/// that area a share s is kept, and made as large, so that the crown stays as dense (stochastic simplification; Cook,
+/// Halstead, Planck and Ryu, ACM TOG 26, 2007). What a larger error keeps a smaller one keeps too. It does not matter
+/// which wood is left: where leaves are thinned, twigs are far too thin to be missed, and the crown would fall apart if
+/// leaves went with them.
 ///
 /// Sources: the leaf's segment, and as its organ `firstOrgan` plus its index in `foliage`, whatever the error.
 /// EmptySkeleton if there are no leaves. Requires: `foliage` is of these `kinds`. Equal input gives equal bytes. Safe
