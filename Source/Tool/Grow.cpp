@@ -1,13 +1,10 @@
+#include "Bake.h"
 #include "Input.h"
-#include "Look.h"
 
-#include <Espalier/Bake/Gltf.h>
 #include <Espalier/Bake/Swc.h>
-#include <Espalier/Mesh/DetailLevel.h>
 #include <cmath>
 #include <iostream>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 namespace espalier::tool {
@@ -21,8 +18,8 @@ struct GrowCommand
     std::string output;
     std::optional<std::uint32_t> iterations;
     std::optional<std::uint32_t> attempt;
-    std::uint32_t level = 0; // of detail
     LookOptions look;
+    BakeChoices bake;
     bool skeleton = false;
     bool json = false;
 };
@@ -33,8 +30,11 @@ bool wantsSkeletons(const GrowCommand& command)
     const std::filesystem::path ending = std::filesystem::path(command.output).extension();
     if (command.skeleton && ending != ".swc")
         failUsage("grow: " + command.output + ": expected an output that ends in .swc for --skeleton");
-    if (ending != ".swc" && ending != ".glb")
-        failUsage("grow: " + command.output + ": expected an output that ends in .glb, or .swc for the skeleton");
+    if (ending != ".swc" && ending != ".glb" && ending != ".obj")
+        failUsage("grow: " + command.output +
+                  ": expected an output that ends in .glb or .obj, or .swc for the skeleton");
+    if (ending == ".obj" && (command.bake.together || command.bake.profile != "portable" || command.bake.wind != "none"))
+        failUsage("grow: " + command.output + ": OBJ knows neither --together nor --profile nor --wind; expected .glb");
     return ending == ".swc";
 }
 
@@ -45,22 +45,24 @@ public:
     PlantWriter(const GrowCommand& command, const SeedRange& range)
         : command_(command), range_(range), writesSkeletons_(wantsSkeletons(command)),
           grower_(command.species, command.iterations, range.exemplar, command.attempt),
-          appearance_(grower_.species().appearance), info_{grower_.species().name,
-                                                           writesSkeletons_ ? 0 : hashOf(grower_.species()),
-                                                           {}}
+          appearance_(grower_.species().appearance),
+          info_{grower_.species().name, writesSkeletons_ ? 0 : hashOf(grower_.species()), {}}
     {
         command_.look.applyTo(appearance_);
+        if (!writesSkeletons_)
+            baker_.emplace(command.bake, appearance_, command.species);
     }
 
-    /// What it comes to: segments, what a mesh has, and the attempt.
+    /// What was written, a file an entry: what it holds, and the attempt.
     nlohmann::ordered_json write(Seed seed, const std::filesystem::path& path)
     {
         grower_.grow(seed, skeleton_);
         const std::string label = range_.exemplar ? "exemplar" : "seed " + std::to_string(seed.value);
-        nlohmann::ordered_json facts = writesSkeletons_ ? writeSkeleton(label, path) : writeMesh(seed, label, path);
+        nlohmann::ordered_json files = writesSkeletons_ ? writeSkeleton(label, path) : writeMesh(seed, label, path);
         if (grower_.attempt())
-            facts["attempt"] = *grower_.attempt();
-        return facts;
+            for (nlohmann::ordered_json& file : files)
+                file["attempt"] = *grower_.attempt();
+        return files;
     }
 
 private:
@@ -77,24 +79,16 @@ private:
         orFail(saveSwc(path, skeleton_,
                        "espalier " ESPALIER_VERSION "\nspecies " + grower_.species().name + ", " + label + steps +
                            "\nsegments alone; a step without a line comes as a segment, leaves and shapes not at all"));
-        return {{"segments", skeleton_.size()}};
+        return nlohmann::ordered_json::array({{{"file", path.string()}, {"segments", skeleton_.size()}}});
     }
 
     nlohmann::ordered_json writeMesh(Seed seed, const std::string& label, const std::filesystem::path& path)
     {
-        mesh_.clear();
-        const DetailLevel level =
-            meshDetailLevel(skeleton_, appearance_, command_.level, {}, Limits{}, scratch_, mesh_);
-        if (!isMeshedOrFail(level.result, label, command_.species))
-            failEmpty();
         info_.seed = range_.exemplar ? std::nullopt : std::optional(seed);
-        orFail(writeGlb(path, mesh_, appearance_, info_));
-        nlohmann::ordered_json facts{{"segments", skeleton_.size()},
-                                     {"vertices", mesh_.positions.size()},
-                                     {"triangles", mesh_.indices.size() / 3}};
-        if (command_.level > 0)
-            facts["error"] = level.error;
-        return facts;
+        nlohmann::ordered_json files = baker_->write(skeleton_, info_, label, path);
+        if (files.empty())
+            failEmpty();
+        return files;
     }
 
     const GrowCommand& command_;
@@ -103,10 +97,33 @@ private:
     SeededGrower grower_;
     Appearance appearance_;
     BakeInfo info_;
-    DetailScratch scratch_;
+    std::optional<PlantBaker> baker_;
     Skeleton skeleton_;
-    TreeMesh mesh_;
 };
+
+void printFile(const nlohmann::ordered_json& file)
+{
+    std::cout << file["file"].get<std::string>();
+    for (const char* separator = ": "; const auto& [what, value] : file.items())
+    {
+        if (what == "file")
+            continue;
+        std::cout << std::exchange(separator, ", ");
+        if (what == "error")
+            std::cout << "for pixels of " << std::round(1e4 * value.get<double>()) / 10 << " mm";
+        else if (what == "attempt")
+            std::cout << "attempt " << value;
+        else if (what == "volumeShare")
+            std::cout << std::round(100 * value.get<double>()) << " % of the wood";
+        else if (what == "hullVertices")
+            std::cout << "hull of " << value << " vertices";
+        else if (what == "collisionTriangles")
+            std::cout << "mesh of " << value << " triangles";
+        else
+            std::cout << value << ' ' << what;
+    }
+    std::cout << '\n';
+}
 
 void growPlants(const GrowCommand& command)
 {
@@ -118,35 +135,26 @@ void growPlants(const GrowCommand& command)
     {
         const Seed seed{range.first + i};
         const std::filesystem::path path = numberedPath(command.output, seed.value, range.isRange);
-        const nlohmann::ordered_json sizes = writer.write(seed, path);
+        const nlohmann::ordered_json files = writer.write(seed, path);
         progress("growing", static_cast<double>(i + 1) / static_cast<double>(range.count()));
-        if (!command.json)
+        for (const nlohmann::ordered_json& file : files)
         {
-            std::cout << path.string();
-            for (const char* separator = ": "; const auto& [what, count] : sizes.items())
+            if (!command.json)
             {
-                std::cout << std::exchange(separator, ", ");
-                if (what == "error")
-                    std::cout << "for pixels of " << std::round(1e4 * count.get<double>()) / 10 << " mm";
-                else if (what == "attempt")
-                    std::cout << "attempt " << count;
-                else
-                    std::cout << count << ' ' << what;
+                printFile(file);
+                continue;
             }
-            std::cout << '\n';
-            continue;
+            nlohmann::ordered_json entry;
+            if (range.exemplar)
+                entry["seed"] = "exemplar";
+            else
+                entry["seed"] = seed.value;
+            entry.update(file);
+            report.push_back(std::move(entry));
         }
-        nlohmann::ordered_json entry;
-        if (range.exemplar)
-            entry["seed"] = "exemplar";
-        else
-            entry["seed"] = seed.value;
-        entry["file"] = path.string();
-        entry.update(sizes);
-        report.push_back(std::move(entry));
     }
     if (command.json)
-        std::cout << (range.isRange ? report : report[0]).dump(2) << '\n';
+        std::cout << (range.isRange || command.bake.writesSeveral() ? report : report[0]).dump(2) << '\n';
 }
 
 } // namespace
@@ -155,21 +163,18 @@ void addGrow(CLI::App& app)
 {
     const auto command = std::make_shared<GrowCommand>();
     CLI::App* verb = app.add_subcommand(
-        "grow", "Grow trees of a species or a grammar and bake each to a GLB, or write its skeleton");
+        "grow", "Grow trees of a species or a grammar and bake each to a GLB or OBJ, or write its skeleton");
     verb->add_option("species", command->species, "S.species or G.lsys")->required();
     verb->add_option("--seed", command->seeds,
                      "A seed N, a range A..B (writes out-A.glb ... out-B.glb), or exemplar: the drawn tree")
         ->capture_default_str();
-    verb->add_option("-o,--output", command->output, "out.glb, or out.swc for the skeleton")->required();
+    verb->add_option("-o,--output", command->output, "out.glb, out.obj, or out.swc for the skeleton")->required();
     verb->add_flag(
         "--skeleton", command->skeleton,
         "Write the skeleton, as SWC: a point a line, as `espalier fit` and tools for neurons and roots read");
     addIterations(*verb, command->iterations);
     addAttempt(*verb, command->attempt);
-    verb->add_option("--lod", command->level,
-                     "Level of detail: 0 the full plant, each further one half as many triangles")
-        ->check(CLI::Range(0u, kMostDetailLevel))
-        ->capture_default_str();
+    command->bake.addTo(*verb);
     command->look.addTo(*verb);
     verb->add_flag("--json", command->json, "One JSON document with the files, their sizes and the attempt");
     verb->callback([command] { growPlants(*command); });

@@ -1,15 +1,18 @@
+#include "Bake.h"
 #include "Input.h"
-#include "Look.h"
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Mesh/DetailLevel.h>
+#include <Espalier/Mesh/WindMotion.h>
 #include <Espalier/Render/LineDrawing.h>
 #include <Espalier/Render/Render.h>
 #include <algorithm>
 #include <charconv>
+#include <iomanip>
 #include <iostream>
 #include <memory>
+#include <sstream>
 
 namespace espalier::tool {
 
@@ -60,69 +63,110 @@ struct RenderCommand
     bool paper = false;
     std::vector<float> focus; ///< x, y, z, radius
     LookOptions look;
+    bool seasons = false;
+    std::uint32_t gustFrames = 0;
+    std::string branches = "embed";
     std::string levels = "0"; ///< Of detail.
 };
 
-/// First and last of the levels of detail that a command names.
-std::pair<std::uint32_t, std::uint32_t> parseLevels(const std::string& text)
-{
-    const SeedRange range = parseSeeds(text);
-    if (range.exemplar || range.last > kMostDetailLevel)
-        failUsage("--lod " + text + ": expected a level from 0 to " + std::to_string(kMostDetailLevel) +
-                  ", or a range such as 0..4");
-    return {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
-}
-
 /// The meshes of all plants to be shown; subjects point into them.
-struct Gallery
+class Gallery
 {
-    std::vector<std::unique_ptr<TreeMesh>> meshes;
-    std::vector<std::unique_ptr<Appearance>> appearances;
-    std::vector<RenderSubject> subjects;
-    DetailScratch scratch;
-    std::pair<std::uint32_t, std::uint32_t> levels; ///< Of detail, first and last, in which each plant is shown.
+public:
+    Gallery(const RenderCommand& command, const RenderSettings& settings)
+        : command_(command), settings_(settings), levels_(parseLevels(command.levels))
+    {
+        if (command.linePixels > 0)
+            meshSettings_.tubes = lineTubes();
+        meshSettings_.sources = command.gustFrames > 0;
+        if (command.branches == "weld")
+            meshSettings_.tubes.joints = TubeJoints::Weld;
+    }
 
     /// `name` stands before the labels of what it names; empty: they speak for themselves.
-    void add(const PlantInput& input, const std::string& name, const RenderCommand& command,
-             const RenderSettings& settings, bool labelSteps)
+    void add(const PlantInput& input, const std::string& name, bool labelSteps)
     {
-        MeshSettings meshSettings;
-        if (command.linePixels > 0)
-            meshSettings.tubes = lineTubes();
-        appearances.push_back(std::make_unique<Appearance>(input.appearance()));
-        command.look.applyTo(*appearances.back());
-        if (command.paper && command.linePixels > 0)
-            dipInInk(*appearances.back());
-        const Appearance* shown = appearances.back().get();
+        Appearance given = input.appearance();
+        command_.look.applyTo(given);
+        if (command_.paper && command_.linePixels > 0)
+            dipInInk(given);
         input.eachPlant([&](Plant& plant) {
-            if (command.linePixels > 0)
+            if (command_.linePixels > 0)
                 divideIntoStrokes(plant.skeleton);
-            thickenLines(plant.skeleton, static_cast<float>(command.linePixels), settings);
+            thickenLines(plant.skeleton, static_cast<float>(command_.linePixels), settings_);
             const bool isDrawn = !plant.seed;
             std::string label = name.empty() ? plant.label : isDrawn ? name : name + ' ' + plant.label;
             if (labelSteps && input.iterations)
                 label = (name.empty() ? "" : name + ' ') + "n = " + std::to_string(*input.iterations);
-            const auto [first, last] = levels;
-            for (std::uint32_t level = first; level <= last; ++level)
-            {
-                auto mesh = std::make_unique<TreeMesh>();
-                const DetailLevel detail =
-                    meshDetailLevel(plant.skeleton, *shown, level, meshSettings, Limits{}, scratch, *mesh);
-                if (!isMeshedOrFail(detail.result, plant.label, input.path))
-                {
-                    if (!command.sheet)
-                        fail({ErrorKind::BadInput, nothingDrawn(plant.steps), {}, {}, {input.path, 0, 0}});
-                    std::cerr << input.path << ": " << plant.label << " is left out: " << nothingDrawn(plant.steps)
-                              << '\n';
-                    return;
-                }
-                const std::string triangles = std::to_string(mesh->indices.size() / 3) + " triangles";
-                subjects.push_back(
-                    {mesh.get(), shown, first == last ? label : "level " + std::to_string(level) + ": " + triangles});
-                meshes.push_back(std::move(mesh));
-            }
+            addLook(plant, input.path, label, given);
+            if (command_.seasons)
+                for (const Season& season : given.seasons)
+                    addLook(plant, input.path, season.name, inSeason(given, season.name));
         });
     }
+
+    [[nodiscard]] const std::vector<RenderSubject>& subjects() const { return subjects_; }
+
+private:
+    /// The levels of one plant that looks like this.
+    void addLook(const Plant& plant, const std::string& path, const std::string& label, Appearance look)
+    {
+        appearances_.push_back(std::make_unique<Appearance>(std::move(look)));
+        const auto [first, last] = levels_;
+        for (std::uint32_t level = first; level <= last; ++level)
+        {
+            TreeMesh mesh;
+            const DetailLevel detail = meshDetailLevel(plant.skeleton, *appearances_.back(), level, meshSettings_,
+                                                       Limits{}, scratch_, mesh);
+            if (!isMeshedOrFail(detail.result, plant.label, path))
+            {
+                if (!command_.sheet)
+                    fail({ErrorKind::BadInput, nothingDrawn(plant.steps), {}, {}, {path, 0, 0}});
+                std::cerr << path << ": " << plant.label << " is left out: " << nothingDrawn(plant.steps) << '\n';
+                return;
+            }
+            const std::string triangles = std::to_string(mesh.indices.size() / 3) + " triangles";
+            const std::string caption = first == last ? label : "level " + std::to_string(level) + ": " + triangles;
+            if (command_.gustFrames > 0)
+                addGust(plant.skeleton, mesh);
+            else
+                addSubject(std::move(mesh), caption);
+        }
+    }
+
+    /// The plant at even times over one gust of a strong breeze.
+    void addGust(const Skeleton& skeleton, const TreeMesh& mesh)
+    {
+        constexpr float kSeconds = 4;
+        WindScratch scratch;
+        WindVertices wind;
+        if (!computeWind(skeleton, mesh, scratch, wind))
+            return addSubject(mesh, "still");
+        const WindResponse response = windResponse(skeleton, appearances_.back()->wind);
+        for (std::uint32_t frame = 0; frame < command_.gustFrames; ++frame)
+        {
+            const float time = kSeconds * static_cast<float>(frame) / static_cast<float>(command_.gustFrames);
+            const WindWeather weather{.speed = 12, .gust = 0.6f, .time = time};
+            std::ostringstream caption;
+            caption << std::fixed << std::setprecision(1) << time << " s";
+            addSubject(blownBy(mesh, wind, weather, response), caption.str());
+        }
+    }
+
+    void addSubject(TreeMesh mesh, std::string caption)
+    {
+        meshes_.push_back(std::make_unique<TreeMesh>(std::move(mesh)));
+        subjects_.push_back({meshes_.back().get(), appearances_.back().get(), std::move(caption)});
+    }
+
+    const RenderCommand& command_;
+    const RenderSettings& settings_;
+    MeshSettings meshSettings_;
+    std::pair<std::uint32_t, std::uint32_t> levels_; ///< Of detail, first and last, in which each plant is shown.
+    DetailScratch scratch_;
+    std::vector<std::unique_ptr<TreeMesh>> meshes_;
+    std::vector<std::unique_ptr<Appearance>> appearances_;
+    std::vector<RenderSubject> subjects_;
 };
 
 /// `branching angle` for branching-angle.archetype.
@@ -140,7 +184,6 @@ void render(const RenderCommand& command)
     if (command.sheet && command.turntable > 0)
         failUsage("render: expected --sheet or --turntable, not both");
     const auto steps = parseSteps(command.iterations);
-    const auto levels = parseLevels(command.levels);
     if (parseSeeds(command.seeds).count() > 256)
         failUsage("render: expected at most 256 seeds");
     if (steps.size() > 1 && parseSeeds(command.seeds).count() > 1)
@@ -173,24 +216,25 @@ void render(const RenderCommand& command)
     const bool needNames = kinds(InputKind::Archetype) > 1 || kinds(InputKind::Species) + kinds(InputKind::Grammar) > 1;
     if (command.attempt && kinds(InputKind::Species) == 0)
         failUsage("render: expected no --attempt; only species choose among several");
-    Gallery gallery;
-    gallery.levels = levels;
+    if ((command.seasons || command.gustFrames > 0) && !command.sheet)
+        failUsage("render: --seasons and --gust show a plant several times; expected --sheet");
+    Gallery gallery(command, settings);
     for (const std::string& path : command.inputs)
         for (const std::optional<std::uint32_t>& step : kindOf(path) == InputKind::Archetype ? parseSteps({}) : steps)
             gallery.add({path, command.seeds, command.templates, step,
                          kindOf(path) == InputKind::Archetype ? std::nullopt : command.attempt},
-                        needNames ? nameOf(path) : "", command, settings, steps.size() > 1);
-    if (gallery.subjects.size() > 1 && !command.sheet)
+                        needNames ? nameOf(path) : "", steps.size() > 1);
+    if (gallery.subjects().size() > 1 && !command.sheet)
         failUsage("render: several trees need --sheet; expected that, or one tree");
 
-    if (gallery.subjects.empty())
+    if (gallery.subjects().empty())
         fail({ErrorKind::BadInput, "nothing is left to show", {}, {}, {command.inputs.front(), 0, 0}});
 
     const Progress progress = terminalProgress();
     const Picture picture =
-        command.sheet           ? orFail(renderContactSheet(gallery.subjects, command.columns, settings, progress))
-        : command.turntable > 0 ? orFail(renderTurntable(gallery.subjects[0], command.turntable, settings, progress))
-                                : orFail(renderPicture(gallery.subjects[0], settings, progress));
+        command.sheet           ? orFail(renderContactSheet(gallery.subjects(), command.columns, settings, progress))
+        : command.turntable > 0 ? orFail(renderTurntable(gallery.subjects()[0], command.turntable, settings, progress))
+                                : orFail(renderPicture(gallery.subjects()[0], settings, progress));
     orFail(writeFileAtomically(command.output, encodePng(picture)));
     std::cout << command.output << ": " << picture.width << " x " << picture.height << " pixels\n";
 }
@@ -244,7 +288,15 @@ void addRender(CLI::App& app)
             "A level of detail, 0 the full plant, each further one half as many triangles; or a range, such as "
             "0..4")
         ->capture_default_str();
+    verb->add_option("--branches", command->branches,
+                     "embed: each branch begins inside its parent; weld: all wood is one closed surface")
+        ->check(CLI::IsMember({"embed", "weld"}))
+        ->capture_default_str();
     command->look.addTo(*verb);
+    verb->add_flag("--seasons", command->seasons, "On a sheet: each plant as it is, then in each of its seasons");
+    verb->add_option("--gust", command->gustFrames,
+                     "On a sheet: each plant in N moments of a gust of a strong breeze, from left to right")
+        ->check(CLI::Range(2u, 64u));
     command->templates.addTo(*verb);
     verb->callback([command] { render(*command); });
 }

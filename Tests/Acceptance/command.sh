@@ -48,7 +48,7 @@ for archetype in "$content"/*.archetype; do
     expect "overlap" 0 '"count"' "$espalier" overlap $tree.species --seed 1..2 --json
 done
 # The trees of Content/ as they ship have relatives enough, all of them about as large, and these stand on the ground.
-for tree in Oak Spruce Willow Palm; do
+for tree in Oak Spruce Willow Palm Birch; do
     "$espalier" infer "$content/$tree.archetype" -o noted.species > /dev/null 2> infer.note
     [ ! -s infer.note ] || { printf 'FAILED %s: %s\n' $tree "$(cat infer.note)"; failures=$((failures + 1)); }
     drawn=$("$espalier" measure "$content/$tree.archetype" --json | awk -F'[:,]' '/"segments"/ { print $2 }')

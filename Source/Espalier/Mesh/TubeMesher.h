@@ -3,6 +3,7 @@
 #include <Espalier/Core/Limits.h>
 #include <Espalier/Mesh/AxisCurve.h>
 #include <Espalier/Mesh/TreeMesh.h>
+#include <Espalier/Mesh/TubeSheet.h>
 #include <Espalier/Plant/Skeleton.h>
 #include <array>
 #include <cstdint>
@@ -11,6 +12,14 @@
 namespace espalier {
 
 struct BarkAppearance;
+
+/// How branches meet what they grow out of.
+enum class TubeJoints : std::uint8_t
+{
+    Embed, ///< Each branch is a closed tube that begins inside its parent: fewest triangles, quickest.
+    Weld, ///< All wood that hangs together is one closed surface, without walls inside: for printing, collision shapes,
+          ///< displacement, smooth shading across joints.
+};
 
 /// How branch axes become closed tubes.
 struct TubeSettings
@@ -26,7 +35,9 @@ struct TubeSettings
     float rootFlare = 0.7f;       ///< The same for the trunk where it meets the ground. [0, 4]
     float rootFlareLength = 4.0f; ///< In radii of the trunk. [0, 20]
     std::uint16_t colours = 64;   ///< Parts at most: materials from this one on share the last. [1, 64]
-    MeshStreams streams{};        ///< Tints are those of young wood (BarkAppearance::youngTint).
+    TubeJoints joints =
+        TubeJoints::Embed; ///< Whether branches are tubes of their own or one surface with their parents.
+    MeshStreams streams{}; ///< Tints are those of young wood (BarkAppearance::youngTint).
 };
 
 /// A cross section of a tube.
@@ -56,7 +67,10 @@ struct TubeCollar
     float length = 0;       ///< How far from the parent's surface it is felt, metres.
     float start = 0;        ///< Where the branch's axis leaves the parent's surface, metres along it.
     float end = 0;          ///< Where its axis leaves the collar.
+    bool isLaid = false;    ///< The first rings follow the parent's surface; without it the tube begins at the joint.
 };
+
+inline constexpr std::uint32_t kNoFoot = 0xffffffffu;
 
 /// One planned tube.
 struct Tube
@@ -67,8 +81,11 @@ struct Tube
     std::uint32_t colour = 0;       ///< Of its part.
     float repeats = 1;              ///< Of the bark round the tube; whole.
     float repeatsPerMetre = 1;      ///< Along it.
-    std::uint32_t baseVertices = 0; ///< Closing the start; 0 if its first ring has no radius.
+    std::uint32_t baseVertices = 0; ///< Closing the start; 0 if its first ring has no radius, or is welded.
     TubeCollar collar;
+    std::uint32_t segment = kNoSegment; ///< Of the skeleton: the one that it begins with.
+    std::uint32_t sheet = kNoSheet;     ///< Of the plan, if branches are welded to it.
+    std::uint32_t foot = kNoFoot;       ///< Of the plan, if it is welded to another tube.
 };
 
 /// Memory that meshing needs in between; reuse it and nothing is allocated after warm-up. One per thread. After a
@@ -83,6 +100,11 @@ struct TubeScratch
     std::vector<Vec2> circlePoints; ///< Cosine and sine, the first point again at the end.
     std::array<std::uint32_t, 257>
         circleStarts{}; ///< Where in circlePoints the circle of so many sides begins, plus 1.
+    SheetPlan sheets;   ///< Of TubeJoints::Weld.
+    TreeMesh unwelded;  ///< The rings of one sheet.
+
+    std::uint32_t branches = 0; ///< Tubes that grow out of another.
+    std::uint32_t embedded = 0; ///< Those of them that are closed tubes of their own: all, or what could not be welded.
 };
 
 /// Appends one closed tube per axis of `skeleton` to `mesh`, as Bark parts: one for each material in which an axis
@@ -93,6 +115,12 @@ struct TubeScratch
 /// beyond the skeleton's end; a leaning trunk begins far enough below its start to leave no gap. A segment that starts
 /// away from its parent's end begins a tube of its own. Axes without length or radius are skipped; radius 0 closes a
 /// tube to a point.
+///
+/// With TubeJoints::Weld a branch's collar ends on the parent's surface, which is open there: tubes that grow out of
+/// each other are one closed surface, in which two triangles meet at every edge (vertices with bit-equal positions
+/// taken as one). Nothing changes but around the joints, where light crosses without an edge. Branches that hardly come
+/// out of their parent, or have no room on it, stay tubes of their own, and scratch.embedded counts them; surfaces may
+/// still pass through each other.
 ///
 /// u runs a whole number of texture repeats round each axis, so bark tiles without a seam. v advances with the length
 /// at the scale of u on the axis' mean radius, so texels stay square: about one repeat a tile, more on axes thinner

@@ -165,7 +165,8 @@ private:
         {
             const std::uint32_t parent = skeleton_.parents[element.segment];
             const Foot& mother = scratch_.feet[element.parent];
-            const Bends there = bendsAt(parent, element.pivot, kDeepestCollar);
+            const Place joint{parent, nearestOn(skeleton_, parent, element.pivot)};
+            const Bends there = bendsAt(joint, element.pivot, kDeepestCollar);
             foot.trunkBend = there.trunk;
             foot.boughBend = there.bough;
             foot.twigBend = there.twig;
@@ -232,14 +233,21 @@ private:
         element.extent = farthest;
     }
 
-    /// The weights of the axis of `segment` beside `position`, on this segment.
-    [[nodiscard]] Bends bendsOn(std::uint32_t segment, const Vec3& position) const
+    /// A place on an axis.
+    struct Place
     {
+        std::uint32_t segment = 0;
+        float share = 0; ///< Of the segment.
+    };
+
+    [[nodiscard]] Bends bendsOn(const Place& place) const
+    {
+        const std::uint32_t segment = place.segment;
         const std::uint32_t axis = scratch_.axisOf[segment];
         const WindElement& element = wind_.elements[axis];
         const Foot& foot = scratch_.feet[axis];
         const float from = skeleton_.startsAxis(segment) ? -foot.inside : scratch_.reachOf[skeleton_.parents[segment]];
-        const float reach = mixed(from, scratch_.reachOf[segment], nearestOn(skeleton_, segment, position));
+        const float reach = mixed(from, scratch_.reachOf[segment], place.share);
         const float along = std::max(reach, 0.f);
         const float own = along > 0 ? foot.largest * beamTurn(std::min(along / element.extent, 1.f)) : 0;
         Bends bends{foot.trunkBend, foot.boughBend, foot.twigBend, along};
@@ -260,37 +268,45 @@ private:
             return 1;
         const float radius = std::max({skeleton_.endRadii[parent], skeleton_.startRadii[parent], element.radius});
         const Vec3 arm = position - skeleton_.starts[element.segment];
-        const float distance = glm::length(arm);
-        if (!(distance < kFarthest * radius))
+        const float square = glm::dot(arm, arm);
+        if (!(square < kFarthest * kFarthest * radius * radius))
             return 1;
+        const float distance = std::sqrt(square);
         const Vec3 axis = directionOr(skeleton_.headings[parent], Vec3(0, 1, 0));
         const float height = glm::length(arm - glm::dot(arm, axis) * axis) - radius;
         const float width = std::min(kCollar * radius, std::max(0.5f * element.extent, element.radius));
         return smooth(std::max(height / width, distance / (0.5f * kFarthest * radius) - 1));
     }
 
-    /// The segment of the axis of `segment`, that one or one further on, that is nearest to `position`.
-    [[nodiscard]] std::uint32_t walk(std::uint32_t segment, const Vec3& position) const
+    /// The place nearest to `position` on `segment`, or further along its axis where that lies before or beyond it.
+    [[nodiscard]] Place placeFrom(std::uint32_t segment, const Vec3& position) const
     {
+        Place place{segment, nearestOn(skeleton_, segment, position)};
+        const bool isBeyond = place.share >= 1;
         for (std::uint32_t step = 0; step < kLongestRun; ++step)
         {
-            const std::uint32_t next = skeleton_.continuations[segment];
-            if (next == kNoSegment || nearestOn(skeleton_, segment, position) < 1)
+            if (isBeyond ? place.share < 1 : place.share > 0)
                 break;
-            segment = next;
+            const bool isLast =
+                isBeyond ? skeleton_.continuations[place.segment] == kNoSegment : skeleton_.startsAxis(place.segment);
+            if (isLast)
+                break;
+            const std::uint32_t next =
+                isBeyond ? skeleton_.continuations[place.segment] : skeleton_.parents[place.segment];
+            place = {next, nearestOn(skeleton_, next, position)};
         }
-        return segment;
+        return place;
     }
 
-    [[nodiscard]] Bends bendsAt(std::uint32_t segment, const Vec3& position, std::uint32_t depth) const
+    [[nodiscard]] Bends bendsAt(const Place& place, const Vec3& position, std::uint32_t depth) const
     {
-        const WindElement& element = wind_.elements[scratch_.axisOf[segment]];
-        Bends bends = bendsOn(segment, position);
+        const WindElement& element = wind_.elements[scratch_.axisOf[place.segment]];
+        Bends bends = bendsOn(place);
         const float free = freedom(element, position);
         if (free >= 1)
             return bends;
-        const std::uint32_t parent = walk(skeleton_.parents[element.segment], position);
-        const Bends there = depth > 0 ? bendsAt(parent, position, depth - 1) : bendsOn(parent, position);
+        const Place parent = placeFrom(skeleton_.parents[element.segment], position);
+        const Bends there = depth > 0 ? bendsAt(parent, position, depth - 1) : bendsOn(parent);
         const bool isTwig = element.level == 2;
         const bool isBough = element.level == 1;
         bends.trunk = mixed(there.trunk, bends.trunk, free);
@@ -305,9 +321,9 @@ private:
         WindVertex vertex;
         if (segment == kNoSegment)
             return vertex;
-        const std::uint32_t here = walk(segment, position);
+        const Place here = placeFrom(segment, position);
         const Bends bends = bendsAt(here, position, kDeepestCollar);
-        vertex.element = scratch_.axisOf[here];
+        vertex.element = scratch_.axisOf[here.segment];
         vertex.level = wind_.elements[vertex.element].level;
         vertex.trunkBend = bends.trunk;
         vertex.along = bends.along;
@@ -334,6 +350,8 @@ private:
         std::size_t end = first;
         std::size_t foot = first;
         std::size_t tip = first;
+        std::size_t left = first;
+        std::size_t right = first;
         Vec3 normals(0);
         for (; end < mesh_.sources.size() && mesh_.sources[end] == source; ++end)
         {
@@ -342,20 +360,33 @@ private:
                 foot = end;
             if (mesh_.uvs[end].y > mesh_.uvs[tip].y)
                 tip = end;
+            if (mesh_.uvs[end].x < mesh_.uvs[left].x)
+                left = end;
+            if (mesh_.uvs[end].x > mesh_.uvs[right].x)
+                right = end;
         }
-        WindVertex leaf = vertexAt(source.segment, mesh_.positions[foot]);
+        const float low = mesh_.uvs[foot].y;
+        Vec3 footing(0); // the middle of its lower edge
+        float lowest = 0;
+        for (std::size_t i = first; i < end; ++i)
+            if (mesh_.uvs[i].y <= low)
+            {
+                footing += mesh_.positions[i];
+                ++lowest;
+            }
+        footing /= std::max(lowest, 1.f);
+        WindVertex leaf = vertexAt(source.segment, footing);
         const RandomKey place = RandomKey(kLeafPlaces).child(source.organ);
         leaf.leaf = static_cast<std::uint32_t>(place.bits(Purpose::Sampling) >> 56);
-        const Vec3 span = mesh_.positions[tip] - mesh_.positions[foot];
+        const Vec3 span = mesh_.positions[tip] - footing;
         const float length = glm::length(span);
         const bool isBall = glm::length(normals) < kBall * static_cast<float>(end - first);
         if (!isBall && length > 0)
         {
-            // Across the leaf: so it is not stretched.
-            const Vec3 across = normals - glm::dot(normals, span) / (length * length) * span;
-            leaf.leaf |= packedFacing(directionOr(across, Vec3(0, 1, 0)));
+            // Out of the blade as it lies, since normals may be bent towards the crown's outside.
+            const Vec3 width = mesh_.positions[right] - mesh_.positions[left];
+            leaf.leaf |= packedFacing(directionOr(glm::cross(width, span), directionOr(normals, Vec3(0, 1, 0))));
         }
-        const float low = mesh_.uvs[foot].y;
         const float range = mesh_.uvs[tip].y - low;
         for (std::size_t i = first; i < end; ++i)
         {
@@ -398,21 +429,6 @@ Vec3 leafFacing(std::uint32_t leaf) noexcept
     const float under = std::max(-y, 0.f);
     const Vec3 direction(u - (u >= 0 ? under : -under), y, v - (v >= 0 ? under : -under));
     return direction / std::sqrt(glm::dot(direction, direction));
-}
-
-void nameFullSegments(std::span<const std::uint32_t> thinnedOf, TreeMesh& mesh)
-{
-    std::uint32_t count = 0;
-    for (const std::uint32_t thinned : thinnedOf)
-        if (thinned != kNoSegment)
-            count = std::max(count, thinned + 1);
-    std::vector<std::uint32_t> fullOf(count, kNoSegment);
-    for (std::uint32_t i = 0; i < thinnedOf.size(); ++i)
-        if (thinnedOf[i] != kNoSegment && fullOf[thinnedOf[i]] == kNoSegment)
-            fullOf[thinnedOf[i]] = i;
-    for (VertexSource& source : mesh.sources)
-        if (source.segment < count)
-            source.segment = fullOf[source.segment];
 }
 
 bool computeWind(const Skeleton& full, const TreeMesh& mesh, WindScratch& scratch, WindVertices& wind)

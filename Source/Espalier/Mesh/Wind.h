@@ -4,7 +4,6 @@
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Plant/Skeleton.h>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace espalier {
@@ -83,7 +82,7 @@ struct WindScratch
 };
 
 /// Fills `wind` for a mesh with sources, whose segments are those of `full`: that of the whole plant for every level of
-/// detail, so that levels move alike (see nameFullSegments).
+/// detail, so that levels move alike (meshDetailLevel names its segments; else see nameFullSources).
 ///
 /// Weights are functions of the skeleton at a vertex' place: of how far along its axis it stands, as the deflection of
 /// a beam that is clamped at its foot and pulled at its tip, y ~ s^2 (3 - s). A bough has level 1; further trunks of a
@@ -95,10 +94,6 @@ struct WindScratch
 /// False, and `wind` empty, if the mesh has no sources (an empty one needs none) or one of another skeleton, or the
 /// skeleton is not sound. Linear time. Equal input gives equal bytes. Safe to call concurrently on different scratches.
 [[nodiscard]] bool computeWind(const Skeleton& full, const TreeMesh& mesh, WindScratch& scratch, WindVertices& wind);
-
-/// Renames the segments of a mesh that was made of a thinned skeleton to those of the full one. `thinnedOf` is
-/// ThinningScratch::thinnedOf: the thinned segment of each full one, or kNoSegment.
-void nameFullSegments(std::span<const std::uint32_t> thinnedOf, TreeMesh& mesh);
 
 /// The direction in which a leaf beats, about unit: decoded from WindVertex::leaf.
 [[nodiscard]] Vec3 leafFacing(std::uint32_t leaf) noexcept;

@@ -43,8 +43,8 @@ float lobed(float x)
             const float middle = 4 * t * (1 - t); // 1 there, 0 in the bays
             const float round = std::sqrt(middle);
             const bool isTip = lobe.bay == 0 && t > 0.5f;
-            const float bulge = isTip ? round : std::lerp(middle * middle * (3 - 2 * middle), round, 0.3f);
-            const float between = std::lerp(bay, lobe.bay, t);
+            const float bulge = isTip ? round : 0.7f * middle * middle * (3 - 2 * middle) + 0.3f * round;
+            const float between = isTip ? 0.f : lobe.bay > 0 ? bay + t * (lobe.bay - bay) : bay;
             return between + (lobe.reach - between) * bulge;
         }
         start = lobe.end;

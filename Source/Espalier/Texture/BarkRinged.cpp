@@ -40,7 +40,8 @@ BarkPattern ringedBark(std::uint32_t size, std::uint32_t threads)
             const Vec2 uv = row.uv(x);
             const float wave = wobbles[x];
             const float teeth = tears[x];
-            const CellPlace ring = cellPlace(uv.y + 0.045f * sways[x] + 0.012f * wave + 0.0035f * teeth, kRings);
+            const CellPlace ring =
+                cellPlace(uv.y + 0.06f + 0.045f * sways[x] + 0.012f * wave + 0.0035f * teeth, kRings);
             const float up = ring.inside; // 0 in the groove above a ledge, 1 on the ledge's brink
             const Vec2 at(uv.x + 0.006f * wave, uv.y);
             const float fibre = fibres.at({at.x + 0.31f * shade[ring.cell], at.y});

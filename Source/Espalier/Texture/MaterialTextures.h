@@ -20,8 +20,9 @@ struct MaterialTextures
 inline constexpr std::uint32_t kMinTextureSize = 16;
 inline constexpr std::uint32_t kMaxTextureSize = 4096;
 
-/// Bark, `size` texels square, that shows bark.tile metres and tiles in both directions. The mean of its colour map in
-/// linear light is bark.colour. Equal input gives equal bytes, from any number of `threads` (0: one per processor).
+/// Bark, `size` texels square, that shows bark.tile metres and tiles in both directions: +v along the wood. The mean of
+/// its colour map in linear light is bark.colour. Equal input gives equal bytes, from any number of `threads` (0: one
+/// per processor).
 [[nodiscard]] MaterialTextures makeBarkTextures(const BarkAppearance& bark, std::uint32_t size,
                                                 std::uint32_t threads = 1);
 

@@ -76,7 +76,7 @@ TEST(Mirror, ImagesAreOfTheKindOfWhatTheyShow)
 
 TEST(Mirror, ShowsATreeSegmentBySegment)
 {
-    for (const char* name : {"Thesis", "Oak", "Spruce", "Palm", "Willow"})
+    for (const char* name : {"Thesis", "Oak", "Spruce", "Palm", "Willow", "Birch"})
     {
         SCOPED_TRACE(name);
         const std::filesystem::path root = ESPALIER_SOURCE_ROOT;

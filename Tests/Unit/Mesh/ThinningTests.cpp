@@ -69,7 +69,7 @@ TEST(Thinning, WithoutAnErrorChangesNothing)
 
 TEST(Thinning, KeepsPlantsSoundAndTheirTrunks)
 {
-    for (const char* name : {"Thesis", "Oak", "Spruce", "Palm", "Willow"})
+    for (const char* name : {"Thesis", "Oak", "Spruce", "Palm", "Willow", "Birch"})
     {
         const Skeleton full = drawn(name);
         std::uint32_t before = full.size() + 1;

@@ -1,0 +1,496 @@
+#include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Mesh/RingFrames.h>
+#include <Espalier/Mesh/TubeCollar.h>
+#include <Espalier/Mesh/TubePlan.h>
+#include <Espalier/Plant/Skeleton.h>
+#include <Espalier/Species/Appearance.h>
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+namespace espalier {
+namespace {
+
+/// Metres. A gap this small between parent and child is the rounding of whoever moved the branch, no turtle's move.
+constexpr float kJoinTolerance = 1e-4f;
+
+/// Metres. Joints nearer than this are one: shorter segments have no reliable direction.
+constexpr float kSmallestStep = 1e-6f;
+
+/// A branch at most this wide at the joint, in radii of its parent, stays hidden in it.
+constexpr float kHiddenWidth = 0.95f;
+
+/// Two rings are one straight cone if they agree this well: cosine of 0.1 degrees, slope, and share of the radius.
+constexpr float kStraightCosine = 0.9999985f;
+constexpr float kStraightSlope = 0.002f;
+constexpr float kStraightRadius = 0.01f;
+
+/// And the way from one to the other must lead where they face (a cosine): at the corners of a staircase all face
+/// diagonally.
+constexpr float kStraightAhead = 0.9f;
+
+/// Bark is never repeated more often than this many times per tile along thin twigs: finer only shimmers.
+constexpr float kFinestBark = 16.f;
+
+/// Where branches leave, an axis keeps this share of what it is about to lose to them: wood narrows above a fork.
+constexpr float kForkHold = 0.5f;
+
+/// What hardly comes out of its parent cannot be welded to it: so high must it rise over it, in radii of the branch.
+constexpr float kShortestWeld = 0.1f;
+
+constexpr std::uint32_t kMaxCapRings = 4;
+
+Vec3 directionOf(const Skeleton& skeleton, std::uint32_t segment)
+{
+    const Vec3 heading = directionOr(skeleton.headings[segment], Vec3(0, 1, 0));
+    const Vec3 span = skeleton.ends[segment] - skeleton.starts[segment];
+    return glm::dot(span, span) > kSmallestStep * kSmallestStep ? directionOr(span, heading) : heading;
+}
+
+bool startsTube(const Skeleton& skeleton, std::uint32_t segment)
+{
+    return skeleton.startsAxis(segment) || !isJoined(skeleton, segment);
+}
+
+void markForks(const Skeleton& skeleton, std::vector<std::uint8_t>& forks)
+{
+    forks.assign(skeleton.size(), 0);
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+    {
+        if (skeleton.startsAxis(i) && isJoined(skeleton, i))
+            forks[skeleton.parents[i]] = 1;
+    }
+}
+
+/// The radius of the tube where `segment` ends.
+float endRadiusOf(const Skeleton& skeleton, const std::vector<std::uint8_t>& forks, std::uint32_t segment)
+{
+    const float lost = skeleton.startRadii[segment] - skeleton.endRadii[segment];
+    return skeleton.endRadii[segment] + (forks[segment] && lost > 0 ? kForkHold * lost : 0.f);
+}
+
+/// Collects the joints of the tube that starts at `segment`. False if there is nothing to sweep.
+bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, TubeScratch& scratch)
+{
+    std::vector<AxisJoint>& joints = scratch.joints;
+    joints.clear();
+    joints.push_back({.position = skeleton.starts[segment], .radius = skeleton.startRadii[segment], .piece = segment});
+    float thickest = joints[0].radius;
+    for (std::uint32_t i = segment; i != kNoSegment; i = skeleton.continuations[i])
+    {
+        if (i != segment && !isJoined(skeleton, i))
+            break;
+        const Vec3 step = skeleton.ends[i] - joints.back().position;
+        const float radius = endRadiusOf(skeleton, scratch.forks, i);
+        thickest = std::max(thickest, radius);
+        if (glm::dot(step, step) > kSmallestStep * kSmallestStep)
+        {
+            joints.back().piece = i;
+            joints.push_back({.position = skeleton.ends[i], .radius = radius});
+        }
+        else
+            joints.back().radius = radius;
+    }
+    return joints.size() > 1 && thickest > 0;
+}
+
+float meanRadiusOf(const std::vector<CurvePoint>& points)
+{
+    float area = 0;
+    for (std::size_t i = 1; i < points.size(); ++i)
+        area += 0.5f * (points[i].radius + points[i - 1].radius) * (points[i].along - points[i - 1].along);
+    return area / points.back().along;
+}
+
+/// Facets between a chord and its circle: the half angle a of each obeys r (1 - cos a) <= r a^2 / 2 <= chordError.
+std::uint32_t sidesFor(float radius, const TubeSettings& settings)
+{
+    const float sides = std::ceil(static_cast<float>(math::kPi) * std::sqrt(radius / (2 * settings.chordError)));
+    return static_cast<std::uint32_t>(
+        std::clamp(sides, static_cast<float>(settings.minSides), static_cast<float>(settings.maxSides)));
+}
+
+/// How the trunk widens towards the ground: 1 there, fading smoothly to 0.
+struct RootFlare
+{
+    float share = 0;  ///< How much wider at the ground, in radii.
+    float length = 0; ///< Metres.
+
+    void widen(CurvePoint& point) const
+    {
+        if (point.along >= length)
+            return;
+        const float left = 1 - point.along / length;
+        const float factor = 1 + share * left * left * left;
+        const float factorSlope = -3 * share * left * left / length;
+        point.slope = point.slope * factor + point.radius * factorSlope;
+        point.radius *= factor;
+    }
+};
+
+RootFlare rootFlareOf(const TubePlan& plan, std::uint32_t segment)
+{
+    const std::vector<CurvePoint>& points = plan.scratch.points;
+    const float radius = points[0].radius;
+    const bool standsOnGround =
+        plan.skeleton.parents[segment] == kNoSegment && std::abs(points[0].position.y) <= radius;
+    const float length = std::min(plan.settings.rootFlareLength * radius, 0.75f * points.back().along);
+    return standsOnGround && length > 0 ? RootFlare{plan.settings.rootFlare, length} : RootFlare{};
+}
+
+/// Distances along an axis where rings are wanted whatever its curve; ascending.
+struct Stations
+{
+    std::array<float, 8> along{};
+    std::size_t count = 0;
+
+    void add(float station, float shortest)
+    {
+        if (station > (count == 0 ? 0 : along[count - 1]) + shortest)
+            along[count++] = station;
+    }
+};
+
+Stations flareStations(const RootFlare& flare)
+{
+    Stations stations;
+    if (flare.share > 0)
+    {
+        for (const float share : {0.1f, 0.22f, 0.38f, 0.6f, 1.f})
+            stations.add(share * flare.length, 0);
+    }
+    return stations;
+}
+
+float slopeBetween(const Skeleton& skeleton, std::uint32_t segment, float startRadius, float endRadius)
+{
+    const float length = glm::length(skeleton.ends[segment] - skeleton.starts[segment]);
+    return length > kSmallestStep ? (endRadius - startRadius) / length : 0.f;
+}
+
+/// What is known of the collar before the branch's curve is.
+TubeCollar collarOf(const TubePlan& plan, std::uint32_t segment)
+{
+    const Skeleton& skeleton = plan.skeleton;
+    TubeCollar collar;
+    if (!isJoined(skeleton, segment))
+        return collar;
+    const std::vector<std::uint8_t>& forks = plan.scratch.forks;
+    const std::uint32_t parent = skeleton.parents[segment];
+    const std::uint32_t onward = skeleton.continuations[parent];
+    collar.joint = skeleton.starts[segment];
+    collar.parentRadius = endRadiusOf(skeleton, forks, parent);
+    collar.before = directionOf(skeleton, parent);
+    collar.after = collar.before;
+    collar.slopeBefore = slopeBetween(skeleton, parent, skeleton.startRadii[parent], collar.parentRadius);
+    if (isJoined(skeleton, onward))
+    {
+        collar.after = directionOf(skeleton, onward);
+        collar.slopeAfter = slopeBetween(skeleton, onward, collar.parentRadius, endRadiusOf(skeleton, forks, onward));
+    }
+    return collar;
+}
+
+/// Sizes the collar on the sampled curve and returns where it wants rings: at its foot, just inside the parent, and as
+/// the fillet rises.
+Stations layCollar(const TubePlan& plan, TubeCollar& collar)
+{
+    const std::vector<CurvePoint>& points = plan.scratch.points;
+    const float radius = std::min(points[0].radius, kHiddenWidth * collar.parentRadius);
+    const float height = plan.settings.collarFlare * radius;
+    const bool isWelded = plan.settings.joints == TubeJoints::Weld;
+    const bool isSwollen = height > 1.5f * plan.settings.chordError;
+    Stations stations;
+    if (!isSwollen && !isWelded)
+        return stations;
+
+    float highest = 0;
+    for (const CurvePoint& point : points)
+        highest = std::max(highest, heightOverParent(collar, point.position));
+    collar.length = std::min(plan.settings.collarLength * radius, 0.8f * highest);
+    if (collar.length < (isWelded ? kShortestWeld : 0.3f) * radius)
+        return stations;
+
+    const bool isFine = height > 4 * plan.settings.chordError;
+    constexpr std::array<float, 5> kFine{0, 0.07f, 0.22f, 0.48f, 1};
+    constexpr std::array<float, 3> kCoarse{0, 0.25f, 1};
+    constexpr std::array<float, 2> kBare{0, 1};
+    const std::span<const float> levels = isFine      ? std::span<const float>(kFine)
+                                          : isSwollen ? std::span<const float>(kCoarse)
+                                                      : std::span<const float>(kBare);
+    std::size_t k = 0;
+    float reached = heightOverParent(collar, points[0].position);
+    float next = heightOverParent(collar, points[1].position);
+    for (const float level : levels)
+    {
+        const float target = level * collar.length;
+        while (next < target && k + 2 < points.size())
+        {
+            ++k;
+            reached = next;
+            next = heightOverParent(collar, points[k + 1].position);
+        }
+        const float share = next > reached ? std::clamp((target - reached) / (next - reached), 0.f, 1.f) : 0.f;
+        collar.end = points[k].along + share * (points[k + 1].along - points[k].along);
+        stations.add(collar.end, 0.02f * radius);
+    }
+    if (stations.count < 2)
+        return {};
+
+    // Where a branch hardly parts from its parent there is no corner to fill, and no room for a fillet.
+    collar.start = stations.along[0];
+    const float steepness = std::min(collar.parentRadius / collar.start, collar.length / (collar.end - collar.start));
+    collar.height = height * std::clamp((steepness - 0.2f) / 0.3f, 0.f, 1.f);
+    collar.isLaid = isWelded || collar.height > 0;
+    return collar.isLaid ? stations : Stations{};
+}
+
+/// A branch thicker than its parent begins hidden in it and swells within a parent's diameter.
+void hideStart(const TubeCollar& collar, CurvePoint& point, float startRadius)
+{
+    const float widest = kHiddenWidth * collar.parentRadius;
+    const float length = 2 * collar.parentRadius;
+    if (startRadius <= widest || point.along >= length)
+        return;
+    const float t = point.along / length;
+    const float smooth = t * t * (3 - 2 * t);
+    const float hidden = widest / startRadius;
+    const float factor = hidden + (1 - hidden) * smooth;
+    const float factorSlope = (1 - hidden) * 6 * t * (1 - t) / length;
+    point.slope = point.slope * factor + point.radius * factorSlope;
+    point.radius *= factor;
+}
+
+TubeRing ringAt(const CurvePoint& point)
+{
+    const float scale = 1 / std::sqrt(1 + point.slope * point.slope);
+    return {.centre = point.position,
+            .radius = point.radius,
+            .tangent = point.tangent,
+            .along = point.along,
+            .slope = point.slope,
+            .normal = {scale, -point.slope * scale},
+            .segment = point.piece};
+}
+
+/// True if the tube between two rings passes through itself on the inside of a bend.
+bool foldsBetween(const TubeRing& a, const TubeRing& b)
+{
+    const Vec3 forward = a.tangent + b.tangent;
+    const Vec3 turn = b.tangent - a.tangent;
+    const float advance = glm::dot(b.centre - a.centre, forward);
+    const float inside = (a.radius + b.radius) * 0.5f * glm::length(turn) * glm::length(forward);
+    return advance < 1.1f * inside;
+}
+
+bool isStraightBetween(const TubeRing& a, const TubeRing& b)
+{
+    const Vec3 chord = b.centre - a.centre;
+    const float ahead = glm::dot(chord, a.tangent);
+    return ahead * ahead >= kStraightAhead * kStraightAhead * glm::dot(chord, chord) &&
+           glm::dot(a.tangent, b.tangent) > kStraightCosine && std::abs(a.slope - b.slope) < kStraightSlope &&
+           std::abs(a.radius + a.slope * (b.along - a.along) - b.radius) <= kStraightRadius * a.radius;
+}
+
+/// The rings of one tube while they are laid; drops those that would fold the tube or that a straight cone does
+/// without.
+class RingRow
+{
+public:
+    explicit RingRow(std::vector<TubeRing>& rings) : rings_(rings), first_(rings.size()) {}
+
+    void add(const TubeRing& ring)
+    {
+        if (count() > 0 && foldsBetween(rings_.back(), ring))
+            return;
+        if (count() > 1 && !rings_.back().pinned)
+        {
+            const TubeRing& before = rings_[rings_.size() - 2];
+            if (isStraightBetween(before, rings_.back()) && isStraightBetween(before, ring))
+                rings_.pop_back();
+        }
+        rings_.push_back(ring);
+    }
+
+    /// The end of the axis, which is kept at the cost of what it would fold with.
+    void addLast(const TubeRing& ring)
+    {
+        while (count() > 1 && foldsBetween(rings_.back(), ring))
+            rings_.pop_back();
+        const bool folds = foldsBetween(rings_.back(), ring);
+        if (!folds)
+            add(ring);
+        else
+            rings_.push_back(ring);
+    }
+
+    [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(rings_.size() - first_); }
+
+private:
+    std::vector<TubeRing>& rings_;
+    std::size_t first_;
+};
+
+/// A dome of one radius' height over the last ring, as round as the chord error asks; its last ring is the apex.
+void addCap(const TubeSettings& settings, std::vector<TubeRing>& rings)
+{
+    const TubeRing end = rings.back();
+    if (!(end.radius > 0))
+        return;
+    const float wanted = 0.25f * static_cast<float>(math::kPi) * std::sqrt(end.radius / (2 * settings.chordError));
+    const auto count = static_cast<std::uint32_t>(std::clamp(std::ceil(wanted), 1.f, static_cast<float>(kMaxCapRings)));
+    for (std::uint32_t i = 1; i <= count; ++i)
+    {
+        const math::SinCos angle = math::sinCosDegrees(90.0 * i / count);
+        TubeRing ring = end;
+        ring.normal = {static_cast<float>(angle.cos), static_cast<float>(angle.sin)};
+        ring.centre += end.tangent * (end.radius * ring.normal.y);
+        ring.radius *= ring.normal.x;
+        ring.along += end.radius * static_cast<float>(0.5 * math::kPi * i / count);
+        rings.push_back(ring);
+    }
+}
+
+void layFrames(const Vec3& firstSide, std::span<TubeRing> rings)
+{
+    rings[0].side = sideNormalTo(rings[0].tangent, firstSide);
+    for (std::size_t i = 1; i < rings.size(); ++i)
+    {
+        const TubeRing& before = rings[i - 1];
+        rings[i].side = transportSide(before.side, before.centre, before.tangent, rings[i].centre, rings[i].tangent);
+    }
+}
+
+AxisStart startOf(const TubePlan& plan, std::uint32_t segment, const TubeCollar& collar)
+{
+    const Skeleton& skeleton = plan.skeleton;
+    const std::vector<AxisJoint>& joints = plan.scratch.joints;
+    const Vec3 own = directionOr(joints[1].position - joints[0].position, Vec3(0, 1, 0));
+    if (collar.parentRadius <= 0)
+        return {.tangent = own, .reach = glm::length(joints[1].position - joints[0].position)};
+
+    // As thick as its parent, a branch bends out of it just as the continuation does; thinner, it bends less.
+    const std::uint32_t parent = skeleton.parents[segment];
+    const float lean = 0.5f * std::min(skeleton.startRadii[segment] / collar.parentRadius, 1.f);
+    const Vec3 tangent = directionOr(glm::mix(own, directionOf(skeleton, parent), lean), own);
+    return {.tangent = tangent, .reach = glm::length(skeleton.ends[parent] - skeleton.starts[parent])};
+}
+
+/// Lowers the first ring of a leaning trunk until no edge of it is above its centre.
+void sinkBase(TubeRing& ring)
+{
+    const float upright = std::max(ring.tangent.y, 0.f);
+    const float lean = std::sqrt(std::max(1 - upright * upright, 0.f));
+    const float sink = ring.radius * std::min(lean / std::max(upright, 1e-3f), 1.f);
+    ring.centre -= ring.tangent * sink;
+    ring.along -= sink;
+}
+
+void planTube(const TubePlan& plan, std::uint32_t segment)
+{
+    TubeScratch& scratch = plan.scratch;
+    Tube tube{.firstRing = static_cast<std::uint32_t>(scratch.rings.size()),
+              .collar = collarOf(plan, segment),
+              .segment = segment};
+    tube.colour = std::min<std::uint32_t>(plan.skeleton.materials[segment], plan.settings.colours - 1u);
+    sampleAxis(startOf(plan, segment, tube.collar), plan.rounding, scratch.joints, scratch.points);
+
+    const float startRadius = scratch.points[0].radius;
+    const RootFlare flare = rootFlareOf(plan, segment);
+    const bool isBranch = tube.collar.parentRadius > 0;
+    const Stations stations = isBranch ? layCollar(plan, tube.collar) : flareStations(flare);
+    const auto shaped = [&](CurvePoint point, bool pinned) {
+        flare.widen(point);
+        if (isBranch)
+            hideStart(tube.collar, point, startRadius);
+        TubeRing ring = ringAt(point);
+        ring.pinned = pinned;
+        return ring;
+    };
+
+    RingRow row(scratch.rings);
+    std::size_t nextStation = 0;
+    float thickest = 0;
+    if (!tube.collar.isLaid)
+        row.add(shaped(scratch.points[0], true));
+    for (std::size_t i = 1; i < scratch.points.size(); ++i)
+    {
+        const CurvePoint& point = scratch.points[i];
+        for (; nextStation < stations.count && stations.along[nextStation] < point.along; ++nextStation)
+            row.add(shaped(pointBetween(scratch.points[i - 1], point, stations.along[nextStation]), true));
+        // A collared branch begins at the collar's foot; what lies before is hidden in the parent.
+        const bool isLast = i + 1 == scratch.points.size();
+        if (isLast)
+            row.addLast(shaped(point, true));
+        else if (!tube.collar.isLaid || point.along > tube.collar.start)
+            row.add(shaped(point, false));
+        thickest = std::max(thickest, point.radius);
+    }
+    thickest = std::max(thickest, scratch.rings[tube.firstRing].radius);
+
+    if (flare.share > 0)
+        sinkBase(scratch.rings[tube.firstRing]);
+    addCap(plan.settings, scratch.rings);
+    const std::span<TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
+    layFrames(plan.skeleton.lefts[segment], rings);
+
+    const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points);
+    tube.ringCount = static_cast<std::uint32_t>(rings.size());
+    tube.sides = sidesFor(thickest, plan.settings);
+    tube.repeats = std::max(1.f, std::floor(circumference / plan.tile + 0.5f));
+    tube.repeatsPerMetre = 1 / std::max(circumference / tube.repeats, plan.tile / kFinestBark);
+    tube.baseVertices = tube.collar.isLaid ? tube.sides + 1 : rings[0].radius > 0 ? tube.sides : 0;
+    scratch.tubes.push_back(tube);
+}
+
+} // namespace
+
+TubeSettings clamped(TubeSettings settings) noexcept
+{
+    // Written so that NaN becomes the lower bound.
+    const auto clamp = [](float value, float low, float high) { return value > low ? std::min(value, high) : low; };
+    settings.colours = std::clamp<std::uint16_t>(settings.colours, 1, kMaxPalette);
+    settings.maxSides = std::clamp<std::uint16_t>(settings.maxSides, 3, 256);
+    settings.minSides = std::clamp<std::uint16_t>(settings.minSides, 3, settings.maxSides);
+    settings.chordError = clamp(settings.chordError, 1e-9f, 1e9f);
+    settings.smoothing = clamp(settings.smoothing, 0, 1);
+    settings.maxRingAngle = clamp(settings.maxRingAngle, 1e-3f, static_cast<float>(math::kPi));
+    settings.collarFlare = clamp(settings.collarFlare, 0, 4);
+    settings.collarLength = clamp(settings.collarLength, 0, 20);
+    settings.rootFlare = clamp(settings.rootFlare, 0, 4);
+    settings.rootFlareLength = clamp(settings.rootFlareLength, 0, 20);
+    return settings;
+}
+
+bool isJoined(const Skeleton& skeleton, std::uint32_t segment) noexcept
+{
+    const std::uint32_t parent = skeleton.parents[segment];
+    if (parent == kNoSegment)
+        return false;
+    const Vec3 gap = skeleton.starts[segment] - skeleton.ends[parent];
+    return glm::dot(gap, gap) <= kJoinTolerance * kJoinTolerance;
+}
+
+void beginPlan(const TubePlan& plan)
+{
+    markForks(plan.skeleton, plan.scratch.forks);
+    plan.scratch.rings.clear();
+    plan.scratch.tubes.clear();
+    plan.scratch.branches = 0;
+    plan.scratch.embedded = 0;
+}
+
+bool planTubeAt(const TubePlan& plan, std::uint32_t segment)
+{
+    if (!startsTube(plan.skeleton, segment) || !gatherJoints(plan.skeleton, segment, plan.scratch))
+        return false;
+    planTube(plan, segment);
+    if (isJoined(plan.skeleton, segment))
+    {
+        ++plan.scratch.branches;
+        ++plan.scratch.embedded;
+    }
+    return true;
+}
+
+} // namespace espalier

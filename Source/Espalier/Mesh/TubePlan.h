@@ -1,0 +1,29 @@
+#pragma once
+
+#include <Espalier/Mesh/TubeMesher.h>
+
+namespace espalier {
+
+/// What planning one mesh of tubes works with.
+struct TubePlan
+{
+    const Skeleton& skeleton;
+    TubeSettings settings; ///< Clamped.
+    AxisRounding rounding;
+    float tile;
+    TubeScratch& scratch;
+};
+
+/// Settings brought into their ranges.
+[[nodiscard]] TubeSettings clamped(TubeSettings settings) noexcept;
+
+/// True if `segment` starts where its parent ends, so that one can grow out of the other.
+[[nodiscard]] bool isJoined(const Skeleton& skeleton, std::uint32_t segment) noexcept;
+
+/// Clears the plan and notes which segments bear branches.
+void beginPlan(const TubePlan& plan);
+
+/// Appends the tube that starts at `segment` to scratch.tubes. False if none does, or if there is nothing to sweep.
+[[nodiscard]] bool planTubeAt(const TubePlan& plan, std::uint32_t segment);
+
+} // namespace espalier

@@ -1,0 +1,275 @@
+#include "Bake.h"
+
+#include "Input.h"
+
+#include <Espalier/Bake/Obj.h>
+#include <Espalier/Core/File.h>
+#include <Espalier/Texture/AppearanceTextures.h>
+#include <algorithm>
+#include <array>
+#include <map>
+
+namespace espalier::tool {
+
+namespace {
+
+const std::map<std::string, GltfEncoding> kProfiles{{"portable", GltfEncoding::Portable},
+                                                    {"quantized", GltfEncoding::Quantized},
+                                                    {"compressed", GltfEncoding::Compressed}};
+const std::map<std::string, std::optional<WindPreset>> kWinds{{"none", std::nullopt},
+                                                              {"generic", WindPreset::Generic},
+                                                              {"crytek", WindPreset::Crytek},
+                                                              {"pivot", WindPreset::PivotPainter},
+                                                              {"bones", WindPreset::Bones}};
+
+/// oak-7.glb of level 2: oak-7-lod2.glb.
+std::filesystem::path levelPath(const std::filesystem::path& path, std::uint32_t lod, bool isRange)
+{
+    if (!isRange)
+        return path;
+    return path.parent_path() /
+           (path.stem().string() + "-lod" + std::to_string(lod) + path.extension().string());
+}
+
+std::vector<EncodedImages> encode(const AppearanceTextures& textures)
+{
+    const auto encoded = [](const MaterialTextures& material) {
+        return EncodedImages{encodePng(material.colour), encodePng(material.normal), encodePng(material.roughness)};
+    };
+    std::vector<EncodedImages> images{encoded(textures.bark)};
+    for (const MaterialTextures& leaf : textures.leaves)
+        images.push_back(encoded(leaf));
+    return images;
+}
+
+/// oak-bark-colour.png beside oak.obj; empty names where there is no image.
+std::vector<MaterialImages> imageNames(const std::filesystem::path& obj, const std::vector<EncodedImages>& images)
+{
+    std::vector<MaterialImages> names;
+    for (std::size_t i = 0; i < images.size(); ++i)
+    {
+        const std::string stem =
+            obj.stem().string() + (i == 0 ? std::string("-bark-") : "-leaf" + std::to_string(i) + "-");
+        names.push_back({stem + "colour.png", stem + "normal.png", stem + "roughness.png"});
+    }
+    return names;
+}
+
+nlohmann::ordered_json toJson(const Vec3& v)
+{
+    return {v.x, v.y, v.z};
+}
+
+nlohmann::ordered_json toJson(const std::vector<Vec3>& points)
+{
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const Vec3& point : points)
+        all.push_back(toJson(point));
+    return all;
+}
+
+} // namespace
+
+std::pair<std::uint32_t, std::uint32_t> parseLevels(const std::string& text)
+{
+    const SeedRange range = parseSeeds(text);
+    if (range.exemplar || range.last > kMostDetailLevel)
+        failUsage("--lod " + text + ": expected a level from 0 to " + std::to_string(kMostDetailLevel) +
+                  ", or a range such as 0..4");
+    return {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
+}
+
+void BakeChoices::addTo(CLI::App& verb)
+{
+    const auto names = [](const auto& all) {
+        std::vector<std::string> keys;
+        for (const auto& entry : all)
+            keys.push_back(entry.first);
+        return keys;
+    };
+    verb.add_option("--lod", levels,
+                    "Level of detail: 0 the full plant, each further one half as many triangles; or a range A..B, a "
+                    "file for each (out-lod0.glb ...)")
+        ->capture_default_str();
+    verb.add_flag("--together", together, "All levels of a range in one file, as MSFT_lod: for engines that know it");
+    verb.add_option("--profile", profile,
+                    "portable: every reader; quantized: smaller, KHR_mesh_quantization; compressed: smallest, "
+                    "EXT_meshopt_compression")
+        ->check(CLI::IsMember(names(kProfiles)))
+        ->capture_default_str();
+    verb.add_option("--textures", textures,
+                    "Texels along the sides of the bark's textures, leaves half as many; 0: none, colours alone")
+        ->check(CLI::Range(0u, kMaxTextureSize))
+        ->capture_default_str();
+    verb.add_flag("--translucent", translucent,
+                  "Leaves let light through in readers that know KHR_materials_diffuse_transmission");
+    verb.add_option("--branches", branches,
+                    "embed: each branch begins inside its parent; weld: all wood is one closed surface")
+        ->check(CLI::IsMember({"embed", "weld"}))
+        ->capture_default_str();
+    verb.add_option("--wind", wind,
+                    "Wind data (Source/Espalier/Mesh/WIND.md): generic: further texture coordinates; crytek: vertex "
+                    "colours; pivot: as Pivot Painter 2; bones: a skin")
+        ->check(CLI::IsMember(names(kWinds)))
+        ->capture_default_str();
+    verb.add_option("--joints", joints, "Of --wind bones, at most")->check(CLI::Range(1u, 65535u))->capture_default_str();
+    verb.add_flag("--collision", collision,
+                  "Write collision shapes too, beside each file, out.collision.json: capsules, convex hull of the crown, "
+                  "coarse mesh");
+}
+
+bool BakeChoices::writesSeveral() const
+{
+    const auto [first, last] = parseLevels(levels);
+    return (first != last && !together) || collision;
+}
+
+PlantBaker::PlantBaker(const BakeChoices& choices, const Appearance& appearance, std::string path)
+    : choices_(choices), appearance_(appearance), path_(std::move(path)), preset_(kWinds.at(choices.wind))
+{
+    if (choices_.textures > 0)
+        images_ = encode(makeTextures(
+            appearance, {.bark = choices_.textures, .leaf = std::max(choices_.textures / 2, kMinTextureSize)}, 0));
+}
+
+bool PlantBaker::makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level)
+{
+    MeshSettings settings;
+    settings.sources = preset_.has_value();
+    if (choices_.branches == "weld")
+        settings.tubes.joints = TubeJoints::Weld;
+    const DetailLevel detail = meshDetailLevel(skeleton, appearance_, lod, settings, Limits{}, scratch_, level.mesh);
+    level.error = detail.error;
+    if (!isMeshedOrFail(detail.result, label, path_))
+        return false;
+    if (preset_)
+        addWind(skeleton, level);
+    return true;
+}
+
+void PlantBaker::addWind(const Skeleton& skeleton, Level& level)
+{
+    WindVertices vertices;
+    if (!computeWind(skeleton, level.mesh, windScratch_, vertices))
+        fail({ErrorKind::BadInput, "its mesh has vertices that belong to no segment", {}, {}, {path_, 0, 0}});
+    if (*preset_ == WindPreset::Bones)
+        level.skin = windSkin(vertices, choices_.joints);
+    else
+        fillWindChannels(*preset_, vertices, level.wind);
+}
+
+nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, const BakeInfo& info, const std::string& label,
+                                         const std::filesystem::path& output)
+{
+    const auto [first, last] = parseLevels(choices_.levels);
+    const bool isRange = first != last;
+    const bool isObj = output.extension() == ".obj";
+    std::vector<Level> levels;
+    nlohmann::ordered_json facts = nlohmann::ordered_json::array();
+    for (std::uint32_t lod = first; lod <= last; ++lod)
+    {
+        Level level;
+        if (!makeLevel(skeleton, lod, label, level))
+            return {};
+        const std::filesystem::path path = levelPath(output, lod, isRange && !choices_.together);
+        facts.push_back({{"file", path.string()},
+                         {"segments", skeleton.size()},
+                         {"vertices", level.mesh.positions.size()},
+                         {"triangles", level.mesh.indices.size() / 3}});
+        if (lod > 0)
+            facts.back()["error"] = level.error;
+        levels.push_back(std::move(level));
+        if (choices_.together)
+            continue;
+        if (isObj)
+        {
+            writeTextures(path);
+            orFail(writeObj(path, levels.back().mesh, appearance_, info, imageNames(path, images_)));
+        }
+        else
+            writeGlbOf(levels, lod, info, path);
+        levels.clear();
+    }
+    if (choices_.together)
+        writeGlbOf(levels, first, info, output);
+    if (choices_.collision)
+        facts.push_back(
+            writeCollision(skeleton, label, std::filesystem::path(output).replace_extension(".collision.json")));
+    return facts;
+}
+
+void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
+                            const std::filesystem::path& path) const
+{
+    std::vector<BakedLevel> baked;
+    std::vector<std::vector<std::span<const Vec2>>> uvs(levels.size());
+    std::vector<std::vector<JointWeights>> weights(levels.size());
+    std::vector<BakedJoint> joints;
+    for (std::size_t i = 0; i < levels.size(); ++i)
+    {
+        const Level& level = levels[i];
+        for (const std::vector<Vec2>& channel : level.wind.texcoords)
+            if (!channel.empty())
+                uvs[i].emplace_back(channel);
+        for (const WindInfluence& influence : level.skin.influences)
+            weights[i].push_back({influence.joints, influence.weights});
+        baked.push_back({.mesh = &level.mesh,
+                         .lod = firstLod + static_cast<std::uint32_t>(i),
+                         .error = level.error,
+                         .colours = level.wind.colours,
+                         .furtherUvs = uvs[i],
+                         .joints = weights[i]});
+    }
+    for (const WindJoint& joint : levels[0].skin.joints) // those of the full plant, the same for all levels
+        joints.push_back({joint.parent == kNoElement ? kNoJoint : joint.parent, joint.position});
+    const BakeOptions options{.encoding = kProfiles.at(choices_.profile), .translucentLeaves = choices_.translucent};
+    orFail(writeGlb(path, {.levels = baked, .images = images_, .joints = joints}, appearance_, info, options));
+}
+
+void PlantBaker::writeTextures(const std::filesystem::path& obj) const
+{
+    const std::vector<MaterialImages> names = imageNames(obj, images_);
+    for (std::size_t i = 0; i < names.size(); ++i)
+        for (const auto& [name, bytes] :
+             {std::pair(&names[i].colour, &images_[i].colour), std::pair(&names[i].normal, &images_[i].normal),
+              std::pair(&names[i].roughness, &images_[i].roughness)})
+            orFail(writeFileAtomically(obj.parent_path() / *name, *bytes));
+}
+
+nlohmann::ordered_json PlantBaker::writeCollision(const Skeleton& skeleton, const std::string& label,
+                                                  const std::filesystem::path& path)
+{
+    constexpr std::uint32_t kHullVertices = 64;
+    Capsules capsules;
+    ConvexHull hull;
+    CollisionMesh mesh;
+    const auto made = [&](CollisionResult result) {
+        if (result == CollisionResult::UnsoundSkeleton)
+            fail({ErrorKind::BadInput, label + " gives no collision shape: " + std::string(reasonOf(result)), {}, {},
+                  {path_, 0, 0}});
+        return result == CollisionResult::Ok;
+    };
+    nlohmann::ordered_json document{{"espalier", "collision"}, {"version", 1}, {"plant", label}};
+    if (made(woodCapsules(skeleton, {}, collisionScratch_, capsules)))
+    {
+        document["gap"] = capsules.gap;
+        document["volumeShare"] = capsules.volumeShare;
+        document["capsules"] = nlohmann::ordered_json::array();
+        for (const Capsule& capsule : capsules.capsules)
+            document["capsules"].push_back(
+                {{"from", toJson(capsule.from)}, {"to", toJson(capsule.to)}, {"radius", capsule.radius}});
+    }
+    if (made(crownHull(skeleton, kHullVertices, collisionScratch_, hull)))
+        document["hull"] = {
+            {"vertices", toJson(hull.vertices)}, {"indices", hull.indices}, {"overreach", hull.overreach}};
+    if (made(collisionMesh(skeleton, {}, collisionScratch_, mesh)))
+        document["mesh"] = {{"vertices", toJson(mesh.vertices)}, {"indices", mesh.indices}};
+    orFail(writeFileAtomically(path, document.dump(1) + "\n"));
+    return {{"file", path.string()},
+            {"capsules", capsules.capsules.size()},
+            {"volumeShare", capsules.volumeShare},
+            {"hullVertices", hull.vertices.size()},
+            {"collisionTriangles", mesh.indices.size() / 3}};
+}
+
+} // namespace espalier::tool

@@ -1,0 +1,79 @@
+#pragma once
+
+#include "Look.h"
+
+#include <Espalier/Bake/Gltf.h>
+#include <Espalier/Mesh/Collision.h>
+#include <Espalier/Mesh/DetailLevel.h>
+#include <Espalier/Mesh/Wind.h>
+#include <Espalier/Mesh/WindPresets.h>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace espalier::tool {
+
+/// Options of a verb that bakes plants: what goes into their files, and how.
+struct BakeChoices
+{
+    std::string profile = "portable";
+    std::string levels = "0"; ///< Of detail: N or A..B.
+    bool together = false;    ///< All levels in one file.
+    std::uint32_t textures = 512;
+    bool translucent = false;
+    std::string wind = "none";
+    std::uint32_t joints = 64;
+    std::string branches = "embed"; ///< How they join.
+    bool collision = false;
+
+    void addTo(CLI::App& verb);
+    /// Whether a plant becomes several files.
+    [[nodiscard]] bool writesSeveral() const;
+};
+
+/// First and last of the levels of detail that an option names.
+[[nodiscard]] std::pair<std::uint32_t, std::uint32_t> parseLevels(const std::string& text);
+
+/// Bakes the plants of one species, one after the other.
+class PlantBaker
+{
+public:
+    /// The texture images are made here, once. `path`, the file of the species, is named in errors.
+    PlantBaker(const BakeChoices& choices, const Appearance& appearance, std::string path);
+
+    /// Writes all levels of a plant, and what else was chosen, to files named after `output`; says what came out. The
+    /// result is empty if there was nothing to draw.
+    nlohmann::ordered_json write(const Skeleton& skeleton, const BakeInfo& info, const std::string& label,
+                                 const std::filesystem::path& output);
+
+private:
+    /// One level with all that its file holds.
+    struct Level
+    {
+        TreeMesh mesh;
+        float error = 0;
+        WindChannels wind;
+        WindSkin skin;
+    };
+    bool makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level);
+    void addWind(const Skeleton& skeleton, Level& level);
+    void writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
+                    const std::filesystem::path& path) const;
+    void writeTextures(const std::filesystem::path& obj) const;
+    nlohmann::ordered_json writeCollision(const Skeleton& skeleton, const std::string& label,
+                                          const std::filesystem::path& path);
+
+    BakeChoices choices_;
+    const Appearance& appearance_;
+    std::string path_;
+    std::optional<WindPreset> preset_;
+    std::vector<EncodedImages> images_;
+    DetailScratch scratch_;
+    WindScratch windScratch_;
+    CollisionScratch collisionScratch_;
+};
+
+} // namespace espalier::tool
