@@ -203,27 +203,21 @@ void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLo
 {
     std::vector<BakedLevel> baked;
     std::vector<std::vector<std::span<const Vec2>>> uvs(levels.size());
-    std::vector<std::vector<JointWeights>> weights(levels.size());
-    std::vector<BakedJoint> joints;
     for (std::size_t i = 0; i < levels.size(); ++i)
     {
         const Level& level = levels[i];
         for (const std::vector<Vec2>& channel : level.wind.texcoords)
             if (!channel.empty())
                 uvs[i].emplace_back(channel);
-        for (const WindInfluence& influence : level.skin.influences)
-            weights[i].push_back({influence.joints, influence.weights});
         baked.push_back({.mesh = &level.mesh,
                          .lod = firstLod + static_cast<std::uint32_t>(i),
                          .error = level.error,
                          .colours = level.wind.colours,
                          .furtherUvs = uvs[i],
-                         .joints = weights[i]});
+                         .influences = level.skin.influences});
     }
-    for (const WindJoint& joint : levels[0].skin.joints) // those of the full plant, the same for all levels
-        joints.push_back({joint.parent == kNoElement ? kNoJoint : joint.parent, joint.position});
     const BakeOptions options{.encoding = kProfiles.at(choices_.profile), .translucentLeaves = choices_.translucent};
-    orFail(writeGlb(path, {.levels = baked, .images = images_, .joints = joints}, appearance_, info, options));
+    orFail(writeGlb(path, {.levels = baked, .images = images_, .joints = levels[0].skin.joints}, appearance_, info, options));
 }
 
 void PlantBaker::writeTextures(const std::filesystem::path& obj) const
