@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 // A kind's triangles are laid out once, in a frame of the leaf's own; every leaf is a copy of them, moved to its place.
 // Only normals differ from leaf to leaf, because each lies elsewhere in the crown.
@@ -245,6 +246,18 @@ void layCrossed(const LeafAppearance& kind, const Hexagon& hexagon, float bend, 
     maker.finish();
 }
 
+/// A thin triangle from the bark into the fruit.
+void addStalk(const Vec3& across, const Vec3& facing, float length, LeafPattern& pattern)
+{
+    constexpr float kHalfWidth = 0.02f; // in lengths
+    const auto first = static_cast<std::uint32_t>(pattern.vertices.size());
+    for (const Vec3& corner : {-kHalfWidth * across, kHalfWidth * across, Vec3(0, length, 0)})
+        pattern.vertices.push_back(
+            {.position = corner, .normal = facing, .right = across, .uv = {0.5f, 0}, .facing = facing});
+    for (std::uint32_t i = 0; i < 3; ++i)
+        pattern.indices.push_back(first + i);
+}
+
 void layBall(const LeafAppearance& kind, float bend, float longest, LeafPattern& pattern)
 {
     const float stalk = kind.stalk;
@@ -265,6 +278,9 @@ void layBall(const LeafAppearance& kind, float bend, float longest, LeafPattern&
         for (const std::uint32_t i : {a, b, c})
             pattern.indices.push_back(i);
     });
+    if (stalk * longest > bend)
+        for (const auto& [across, facing] : {std::pair(kRight, kUp), std::pair(-kUp, kRight)})
+            addStalk(across, facing, stalk + 0.5f * radius, pattern);
 }
 
 void layPattern(const LeafAppearance& wanted, float bend, LeafScratch& scratch, LeafPattern& pattern)

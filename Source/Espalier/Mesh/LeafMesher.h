@@ -76,9 +76,9 @@ struct LeafCounts
 ///
 /// Blades are a strip of four quads round what LeafOutline draws on their surface, folded along the midrib and arched;
 /// less where that would not be seen (LeafSettings::bend). Crossed ones are two quads, the second turned by a right
-/// angle about the midrib. Balls hang at the end of their stalk. u runs across the surface, v from its foot to its tip.
-/// Normals are bent out of the crown as far as the kind says, but stay on that side of every triangle that is its
-/// front; viewers turn them.
+/// angle about the midrib. Balls hang at the end of their stalk, a thin triangle either way; the whole of their texture
+/// is seen. u runs across the surface, v from its foot to its tip. Normals are bent out of the crown as far as the kind
+/// says, but stay on that side of every triangle that is its front; viewers turn them.
 ///
 /// With an error, leaves smaller than two errors (as the root of their surface) are thinned: of those with a share s of
 /// that area a share s is kept, and made as large, so that the crown stays as dense (stochastic simplification; Cook,
