@@ -108,7 +108,7 @@ std::size_t firstNotUnit(std::span<const Vec3> normals)
 
 std::size_t firstNoTangent(std::span<const Vec4> tangents)
 {
-    return firstRefused(tangents, [](const Vec4& v) { return isUnit(v) & (std::abs(v.w) == 1); });
+    return firstRefused(tangents, [](const Vec4& v) { return std::abs(v.w) == 1 && isUnit(v); });
 }
 
 /// An array of `values`, block by block: `check` says the first bad element of a block, `complaint` what it has.
