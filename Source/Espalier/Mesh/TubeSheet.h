@@ -54,6 +54,14 @@ struct TubeSheet
     std::uint32_t footCount = 0; ///< Lost ones included.
 };
 
+/// A column of vertices while a band is filled from below.
+struct SheetColumn
+{
+    std::uint32_t point = 0; ///< The last one on it.
+    double along = 0;        ///< Where that is, metres.
+    double coveredTo = 0;    ///< Up to where feet stand on it, metres.
+};
+
 /// Where a branch stands on the tube that it grows out of.
 struct TubeFoot
 {
@@ -88,7 +96,8 @@ struct SheetPlan
     SheetTriangulation triangulation;
     std::vector<std::uint32_t> loop;
     std::vector<std::uint32_t> order;
-    std::vector<std::array<std::uint32_t, 2>> sides;
+    std::vector<std::array<std::uint32_t, 2>> lines; ///< Sides along columns.
+    std::vector<SheetColumn> columns;
     std::vector<double> levels;
     std::vector<std::uint32_t> numbers;
     std::vector<DVec2> wishes;

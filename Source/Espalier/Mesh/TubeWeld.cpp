@@ -29,6 +29,15 @@ constexpr int kPushes = 12;
 /// Between two feet stays this share of the distance between their middles.
 constexpr double kGap = 0.12;
 
+/// Feet along a host that are seen from each other.
+constexpr std::size_t kCrowd = 500;
+
+/// So often one foot is given up and a host planned again; then all of a band at once.
+constexpr int kSingleLosses = 16;
+
+/// Rings between a joint and where its branch comes out of the host.
+constexpr int kFarthestRing = 200;
+
 /// A foot clipped to less than this share of its size is lost.
 constexpr double kSmallestFoot = 0.08;
 
@@ -118,9 +127,9 @@ Unrolled unroll(const Host& host, std::size_t ring, const Vec3& place)
     const auto beyond = [&](std::size_t i) { return glm::dot(place - host.rings[i].centre, host.rings[i].tangent); };
     const std::size_t last = host.rings.size() - 2;
     std::size_t i = std::min(ring, last);
-    while (i > 0 && beyond(i) < 0)
+    for (int step = 0; step < kFarthestRing && i > 0 && beyond(i) < 0; ++step)
         --i;
-    while (i < last && beyond(i + 1) > 0)
+    for (int step = 0; step < kFarthestRing && i < last && beyond(i + 1) > 0; ++step)
         ++i;
     const TubeRing& a = host.rings[i];
     const TubeRing& b = host.rings[i + 1];
@@ -286,15 +295,28 @@ Pair pairOf(SheetPlan& sheets, const TubeFoot& first, const TubeFoot& second)
     return pair;
 }
 
-/// Calls visit(first, second) for all feet of a host that might touch.
+bool standsBefore(const TubeFoot& a, const TubeFoot& b)
+{
+    return a.along != b.along ? a.along < b.along : a.tube < b.tube;
+}
+
+/// Calls visit(first, second) for all feet of a host that might touch. Of a crowd nobody drew, some pairs are left out:
+/// if they overlap, one will be lost.
 template <class Visit>
 void forNeighbours(std::span<TubeFoot> feet, Visit visit)
 {
+    std::sort(feet.begin(), feet.end(), standsBefore);
+    double largest = 0;
+    for (const TubeFoot& foot : feet)
+        largest = std::max(largest, foot.size);
     for (std::size_t i = 0; i < feet.size(); ++i)
     {
-        for (std::size_t k = i + 1; k < feet.size(); ++k)
+        const std::size_t end = std::min(feet.size(), i + kCrowd);
+        for (std::size_t k = i + 1; k < end; ++k)
         {
             const double apart = std::abs(feet[k].along - feet[i].along);
+            if (apart > 2 * (feet[i].size + largest))
+                break;
             if (!feet[i].isLost && !feet[k].isLost && apart < 1.2 * (feet[i].size + feet[k].size))
                 visit(feet[i], feet[k]);
         }
@@ -381,11 +403,19 @@ struct Band
     std::size_t endFoot;
 };
 
+/// What is given up where a band cannot be cut.
+enum class Loss : std::uint8_t
+{
+    OneFoot,
+    WholeBand,
+};
+
 /// One host's bands and their triangles.
 class SheetPlanner
 {
 public:
-    SheetPlanner(const Host& host, SheetPlan& plan, std::span<TubeFoot> feet) : host_(host), plan_(plan), feet_(feet)
+    SheetPlanner(const Host& host, SheetPlan& plan, std::span<TubeFoot> feet, Loss loss)
+        : host_(host), plan_(plan), feet_(feet), loss_(loss)
     {
         plan_.order.clear();
         for (std::uint32_t i = 0; i < feet_.size(); ++i)
@@ -417,7 +447,7 @@ public:
             addRow(host_.rowAt(band.high), sheet);
             // Rows are told apart by single precision; on a thread of a host whole feet may lie between two of them.
             if (plan_.rows.size() - sheet.firstRow != planned.lowerRow + 2u)
-                return lose(footAt(band.firstFoot));
+                return lose(band, footAt(band.firstFoot));
             while (ring + 1 < host_.rings.size() && alongOf(ring) <= band.high)
                 ++ring;
             if (!cut(band, planned))
@@ -506,7 +536,7 @@ private:
         for (std::size_t i = band.firstFoot; i < band.endFoot; ++i)
         {
             if (!insertFoot(footAt(i)))
-                return lose(footAt(i));
+                return lose(band, footAt(i));
         }
         std::uint32_t number = 2 * host_.sides;
         for (std::size_t i = band.firstFoot; i < band.endFoot; ++i)
@@ -515,7 +545,7 @@ private:
             for (std::uint32_t j = 0; j < footAt(i).count; ++j)
                 plan_.loop.push_back(number++);
             if (!triangulation.fixLoop(plan_.loop) || !triangulation.cutOut(plan_.loop))
-                return lose(footAt(i));
+                return lose(band, footAt(i));
         }
         insertVertices(band);
         triangulation.settle();
@@ -526,9 +556,11 @@ private:
         return true;
     }
 
-    static bool lose(TubeFoot& foot)
+    bool lose(const Band& band, TubeFoot& foot)
     {
         foot.isLost = true;
+        for (std::size_t i = band.firstFoot; loss_ == Loss::WholeBand && i < band.endFoot; ++i)
+            footAt(i).isLost = true;
         return false;
     }
 
@@ -580,52 +612,62 @@ private:
             if (!isNear)
                 levels.push_back(level);
         }
-        // Column by column, upwards: what stands on one column is joined, so that no triangle cuts across a ridge.
+        // Upwards; what stands on one column is joined, so that no triangle cuts across a ridge, but where a foot
+        // stands in between, or so near that only slivers would fit.
         std::sort(levels.begin(), levels.end());
-        std::vector<std::uint32_t>& column = plan_.loop;
-        plan_.sides.clear();
+        plan_.columns.assign(host_.sides, {});
         for (std::uint32_t j = 0; j < host_.sides; ++j)
+            plan_.columns[j] = {.point = j, .along = band.low, .coveredTo = band.low - 1};
+        plan_.lines.clear();
+        std::size_t reached = band.firstFoot; // up to here feet have begun
+        std::size_t behind = band.firstFoot;  // up to here all have ended
+        for (const double level : levels)
         {
-            const double angle = kTurn * j / host_.sides;
-            column.assign(1, j);
-            for (const double level : levels)
+            for (; reached < band.endFoot && footAt(reached).low <= level; ++reached)
+                coverColumns(footAt(reached), facet);
+            while (behind < band.endFoot && footAt(behind).high + kFineReach * facet < level)
+                ++behind;
+            const bool isRing = isOwn(level);
+            for (std::uint32_t j = 0; j < host_.sides; ++j)
             {
-                const double distance = distanceToFeet(band, angle, level, facet);
-                const bool isWanted = distance < kFineReach * facet || isOwn(level);
-                if (distance <= kClearance * facet || !isWanted)
+                const double angle = kTurn * j / host_.sides;
+                const double distance = distanceToFeet(band, behind, angle, level, facet);
+                if (distance <= kClearance * facet || !(isRing || distance < kFineReach * facet))
                     continue;
                 if (const std::uint32_t point = insertColumn(j, angle, level); point != SheetTriangulation::kNoPoint)
-                    column.push_back(point);
-            }
-            column.push_back(host_.sides + j);
-            for (std::size_t i = 0; i + 1 < column.size(); ++i)
-            {
-                if (isClear(band, angle, column[i], column[i + 1], facet))
-                    plan_.sides.push_back({column[i], column[i + 1]});
+                    joinColumn(j, point, level);
             }
         }
-        for (const auto& [low, high] : plan_.sides)
+        for (; reached < band.endFoot; ++reached)
+            coverColumns(footAt(reached), facet);
+        for (std::uint32_t j = 0; j < host_.sides; ++j)
+            joinColumn(j, host_.sides + j, band.high);
+        for (const auto& [low, high] : plan_.lines)
             (void)plan_.triangulation.fixSide(low, high);
     }
 
-    /// True if no foot stands on a column between two of its points, or so near that only slivers would fit between.
-    bool isClear(const Band& band, double angle, std::uint32_t lowPoint, std::uint32_t highPoint, double facet)
+    void joinColumn(std::uint32_t j, std::uint32_t point, double along)
     {
-        const std::vector<UnrolledPoint>& points = plan_.triangulation.points();
-        const double low = low_ + static_cast<double>(points[lowPoint].y) / scale_;
-        const double high = low_ + static_cast<double>(points[highPoint].y) / scale_;
-        for (std::size_t i = band.firstFoot; i < band.endFoot; ++i)
+        SheetColumn& column = plan_.columns[j];
+        if (column.coveredTo < column.along)
+            plan_.lines.push_back({column.point, point});
+        column.point = point;
+        column.along = along;
+    }
+
+    /// Notes the columns that a foot stands on, or nearly.
+    void coverColumns(const TubeFoot& foot, double facet)
+    {
+        const std::span<const DVec2> outline = outlineOf(plan_, foot);
+        const double room = kSliver * facet / foot.radius;
+        const double right = reachOf(outline, {1, 0}, 1) + room;
+        const double left = reachOf(outline, {-1, 0}, 1) + room;
+        for (std::uint32_t j = 0; j < host_.sides; ++j)
         {
-            const TubeFoot& foot = footAt(i);
-            if (low > foot.high || high < foot.low)
-                continue;
-            const double way = nearestTurn(angle - foot.angle);
-            const double room = kSliver * facet / foot.radius;
-            if (way < reachOf(outlineOf(plan_, foot), {1, 0}, 1) + room &&
-                way > -reachOf(outlineOf(plan_, foot), {-1, 0}, 1) - room)
-                return false;
+            const double way = nearestTurn(kTurn * j / host_.sides - foot.angle);
+            if (way < right && way > -left)
+                plan_.columns[j].coveredTo = std::max(plan_.columns[j].coveredTo, foot.high);
         }
-        return true;
     }
 
     /// True if a ring of the host lies there.
@@ -651,13 +693,16 @@ private:
         return number;
     }
 
-    double distanceToFeet(const Band& band, double angle, double along, double facet)
+    /// From the nearest of the feet that are not below, if it is near.
+    double distanceToFeet(const Band& band, std::size_t behind, double angle, double along, double facet)
     {
         double nearest = 1e30;
-        for (std::size_t i = band.firstFoot; i < band.endFoot; ++i)
+        for (std::size_t i = behind; i < band.endFoot; ++i)
         {
             const TubeFoot& foot = footAt(i);
-            if (along < foot.low - kFineReach * facet || along > foot.high + kFineReach * facet)
+            if (along < foot.low - kFineReach * facet)
+                break;
+            if (along > foot.high + kFineReach * facet)
                 continue;
             const DVec2 place(nearestTurn(angle - foot.angle) * foot.radius, along - foot.along);
             nearest = std::min(nearest, distanceTo(outlineOf(plan_, foot), place, foot.radius));
@@ -717,6 +762,7 @@ private:
     const Host host_;
     SheetPlan& plan_;
     std::span<TubeFoot> feet_;
+    Loss loss_;
     double low_ = 0;
     double scale_ = 1;
     std::int64_t height_ = 1;
@@ -786,7 +832,7 @@ void planWelds(const TubePlan& plan)
             sheets.offsets.resize(offsets);
     }
     std::sort(sheets.feet.begin(), sheets.feet.end(), [](const TubeFoot& a, const TubeFoot& b) {
-        return a.host != b.host ? a.host < b.host : a.along != b.along ? a.along < b.along : a.tube < b.tube;
+        return a.host != b.host ? a.host < b.host : standsBefore(a, b);
     });
 
     for (std::size_t first = 0, end = 0; first < sheets.feet.size(); first = end)
@@ -798,9 +844,9 @@ void planWelds(const TubePlan& plan)
         const std::span<TubeFoot> feet = std::span(sheets.feet).subspan(first, end - first);
         makeRoom(host, sheets, feet);
         const PlanMark mark(sheets);
-        for (;;)
+        for (int losses = 0;; ++losses)
         {
-            SheetPlanner planner(host, sheets, feet);
+            SheetPlanner planner(host, sheets, feet, losses < kSingleLosses ? Loss::OneFoot : Loss::WholeBand);
             if (planner.isEmpty())
                 break;
             if (planner.plan())
