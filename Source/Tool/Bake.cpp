@@ -27,8 +27,7 @@ std::filesystem::path levelPath(const std::filesystem::path& path, std::uint32_t
 {
     if (!isRange)
         return path;
-    return path.parent_path() /
-           (path.stem().string() + "-lod" + std::to_string(lod) + path.extension().string());
+    return path.parent_path() / (path.stem().string() + "-lod" + std::to_string(lod) + path.extension().string());
 }
 
 std::vector<EncodedImages> encode(const AppearanceTextures& textures)
@@ -112,10 +111,13 @@ void BakeChoices::addTo(CLI::App& verb)
                     "colours; pivot: as Pivot Painter 2; bones: a skin")
         ->check(CLI::IsMember(names(kWinds)))
         ->capture_default_str();
-    verb.add_option("--joints", joints, "Of --wind bones, at most")->check(CLI::Range(1u, 65535u))->capture_default_str();
-    verb.add_flag("--collision", collision,
-                  "Write collision shapes too, beside each file, out.collision.json: capsules, convex hull of the crown, "
-                  "coarse mesh");
+    verb.add_option("--joints", joints, "Of --wind bones, at most")
+        ->check(CLI::Range(1u, 65535u))
+        ->capture_default_str();
+    verb.add_flag(
+        "--collision", collision,
+        "Write collision shapes too, beside each file, out.collision.json: capsules, convex hull of the crown, "
+        "coarse mesh");
 }
 
 bool BakeChoices::writesSeveral() const
@@ -217,7 +219,8 @@ void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLo
                          .influences = level.skin.influences});
     }
     const BakeOptions options{.encoding = kProfiles.at(choices_.profile), .translucentLeaves = choices_.translucent};
-    orFail(writeGlb(path, {.levels = baked, .images = images_, .joints = levels[0].skin.joints}, appearance_, info, options));
+    orFail(writeGlb(path, {.levels = baked, .images = images_, .joints = levels[0].skin.joints}, appearance_, info,
+                    options));
 }
 
 void PlantBaker::writeTextures(const std::filesystem::path& obj) const
@@ -239,7 +242,10 @@ nlohmann::ordered_json PlantBaker::writeCollision(const Skeleton& skeleton, cons
     CollisionMesh mesh;
     const auto made = [&](CollisionResult result) {
         if (result == CollisionResult::UnsoundSkeleton)
-            fail({ErrorKind::BadInput, label + " gives no collision shape: " + std::string(reasonOf(result)), {}, {},
+            fail({ErrorKind::BadInput,
+                  label + " gives no collision shape: " + std::string(reasonOf(result)),
+                  {},
+                  {},
                   {path_, 0, 0}});
         return result == CollisionResult::Ok;
     };

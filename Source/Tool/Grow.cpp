@@ -33,7 +33,8 @@ bool wantsSkeletons(const GrowCommand& command)
     if (ending != ".swc" && ending != ".glb" && ending != ".obj")
         failUsage("grow: " + command.output +
                   ": expected an output that ends in .glb or .obj, or .swc for the skeleton");
-    if (ending == ".obj" && (command.bake.together || command.bake.profile != "portable" || command.bake.wind != "none"))
+    if (ending == ".obj" &&
+        (command.bake.together || command.bake.profile != "portable" || command.bake.wind != "none"))
         failUsage("grow: " + command.output + ": OBJ knows neither --together nor --profile nor --wind; expected .glb");
     return ending == ".swc";
 }
@@ -45,8 +46,9 @@ public:
     PlantWriter(const GrowCommand& command, const SeedRange& range)
         : command_(command), range_(range), writesSkeletons_(wantsSkeletons(command)),
           grower_(command.species, command.iterations, range.exemplar, command.attempt),
-          appearance_(grower_.species().appearance),
-          info_{grower_.species().name, writesSkeletons_ ? 0 : hashOf(grower_.species()), {}}
+          appearance_(grower_.species().appearance), info_{grower_.species().name,
+                                                           writesSkeletons_ ? 0 : hashOf(grower_.species()),
+                                                           {}}
     {
         command_.look.applyTo(appearance_);
         if (!writesSkeletons_)

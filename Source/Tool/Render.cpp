@@ -116,8 +116,8 @@ private:
         for (std::uint32_t level = first; level <= last; ++level)
         {
             TreeMesh mesh;
-            const DetailLevel detail = meshDetailLevel(plant.skeleton, *appearances_.back(), level, meshSettings_,
-                                                       Limits{}, scratch_, mesh);
+            const DetailLevel detail =
+                meshDetailLevel(plant.skeleton, *appearances_.back(), level, meshSettings_, Limits{}, scratch_, mesh);
             if (!isMeshedOrFail(detail.result, plant.label, path))
             {
                 if (!command_.sheet)

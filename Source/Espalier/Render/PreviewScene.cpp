@@ -2,8 +2,8 @@
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Mesh/TreeMesh.h>
-#include <Espalier/Render/Bark.h>
 #include <Espalier/Render/Render.h>
+#include <Espalier/Render/SmoothNoise.h>
 #include <Espalier/Species/Appearance.h>
 #include <Espalier/Texture/AppearanceTextures.h>
 #include <algorithm>
