@@ -122,7 +122,7 @@ bake_dressed()
             # shellcheck disable=SC2086
             Build/release/bin/espalier grow $folder/$name.species --seed "$1" --lod "$2" --textures 64 --profile $profile \
                 --wind $wind $more -o "$folder/$name-$profile-$wind.glb" || exit
-        done <<< $'portable generic --translucent\nquantized bones\ncompressed pivot --together\nportable crytek --branches weld'
+        done <<< $'portable generic --translucent\nquantized bones\ncompressed generic --together\nportable crytek --branches weld'
     done
 )
 

@@ -2,11 +2,10 @@
 
 #include "Input.h"
 
-#include <Espalier/Bake/Obj.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Texture/AppearanceTextures.h>
 #include <algorithm>
-#include <array>
+#include <charconv>
 #include <map>
 
 namespace espalier::tool {
@@ -19,7 +18,6 @@ const std::map<std::string, GltfEncoding> kProfiles{{"portable", GltfEncoding::P
 const std::map<std::string, std::optional<WindPreset>> kWinds{{"none", std::nullopt},
                                                               {"generic", WindPreset::Generic},
                                                               {"crytek", WindPreset::Crytek},
-                                                              {"pivot", WindPreset::PivotPainter},
                                                               {"bones", WindPreset::Bones}};
 
 /// oak-7.glb of level 2: oak-7-lod2.glb.
@@ -41,19 +39,6 @@ std::vector<EncodedImages> encode(const AppearanceTextures& textures)
     return images;
 }
 
-/// oak-bark-colour.png beside oak.obj; empty names where there is no image.
-std::vector<MaterialImages> imageNames(const std::filesystem::path& obj, const std::vector<EncodedImages>& images)
-{
-    std::vector<MaterialImages> names;
-    for (std::size_t i = 0; i < images.size(); ++i)
-    {
-        const std::string stem =
-            obj.stem().string() + (i == 0 ? std::string("-bark-") : "-leaf" + std::to_string(i) + "-");
-        names.push_back({stem + "colour.png", stem + "normal.png", stem + "roughness.png"});
-    }
-    return names;
-}
-
 nlohmann::ordered_json toJson(const Vec3& v)
 {
     return {v.x, v.y, v.z};
@@ -71,11 +56,20 @@ nlohmann::ordered_json toJson(const std::vector<Vec3>& points)
 
 std::pair<std::uint32_t, std::uint32_t> parseLevels(const std::string& text)
 {
-    const SeedRange range = parseSeeds(text);
-    if (range.exemplar || range.last > kMostDetailLevel)
-        failUsage("--lod " + text + ": expected a level from 0 to " + std::to_string(kMostDetailLevel) +
-                  ", or a range such as 0..4");
-    return {static_cast<std::uint32_t>(range.first), static_cast<std::uint32_t>(range.last)};
+    const auto number = [&](std::string_view digits) {
+        std::uint32_t level = 0;
+        const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), level);
+        if (read.ec != std::errc{} || read.ptr != digits.data() + digits.size() || level > kMostDetailLevel)
+            failUsage("--lod " + text + ": expected a level from 0 to " + std::to_string(kMostDetailLevel) +
+                      ", or a range such as 0..4");
+        return level;
+    };
+    const std::size_t dots = text.find("..");
+    const std::uint32_t first = number(std::string_view(text).substr(0, dots));
+    const std::uint32_t last = dots == std::string::npos ? first : number(std::string_view(text).substr(dots + 2));
+    if (last < first)
+        failUsage("--lod " + text + ": expected the lower level first");
+    return {first, last};
 }
 
 void BakeChoices::addTo(CLI::App& verb)
@@ -87,8 +81,8 @@ void BakeChoices::addTo(CLI::App& verb)
         return keys;
     };
     verb.add_option("--lod", levels,
-                    "Level of detail: 0 the full plant, each further one half as many triangles; or a range A..B, a "
-                    "file for each (out-lod0.glb ...)")
+                    "Level of detail: 0 the full plant, N 1 / 2^N of its triangles; or a range A..B, a file for each "
+                    "(out-lod0.glb ...)")
         ->capture_default_str();
     verb.add_flag("--together", together, "All levels of a range in one file, as MSFT_lod: for engines that know it");
     verb.add_option("--profile", profile,
@@ -96,8 +90,10 @@ void BakeChoices::addTo(CLI::App& verb)
                     "EXT_meshopt_compression")
         ->check(CLI::IsMember(names(kProfiles)))
         ->capture_default_str();
-    verb.add_option("--textures", textures,
-                    "Texels along the sides of the bark's textures, leaves half as many; 0: none, colours alone")
+    verb.add_option(
+            "--textures", textures,
+            "Texels along the sides of the bark's textures, rounded down to a power of two; leaves have half as "
+            "many; 0: no textures, colours alone")
         ->check(CLI::Range(0u, kMaxTextureSize))
         ->capture_default_str();
     verb.add_flag("--translucent", translucent,
@@ -108,7 +104,7 @@ void BakeChoices::addTo(CLI::App& verb)
         ->capture_default_str();
     verb.add_option("--wind", wind,
                     "Wind data (Source/Espalier/Mesh/WIND.md): generic: further texture coordinates; crytek: vertex "
-                    "colours; pivot: as Pivot Painter 2; bones: a skin")
+                    "colours; bones: a skin")
         ->check(CLI::IsMember(names(kWinds)))
         ->capture_default_str();
     verb.add_option("--joints", joints, "Of --wind bones, at most")
@@ -167,37 +163,49 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, const BakeInf
     const bool isRange = first != last;
     const bool isObj = output.extension() == ".obj";
     std::vector<Level> levels;
-    nlohmann::ordered_json facts = nlohmann::ordered_json::array();
+    nlohmann::ordered_json made = nlohmann::ordered_json::array();
     for (std::uint32_t lod = first; lod <= last; ++lod)
     {
         Level level;
         if (!makeLevel(skeleton, lod, label, level))
             return {};
         const std::filesystem::path path = levelPath(output, lod, isRange && !choices_.together);
-        facts.push_back({{"file", path.string()},
-                         {"segments", skeleton.size()},
-                         {"vertices", level.mesh.positions.size()},
-                         {"triangles", level.mesh.indices.size() / 3}});
+        nlohmann::ordered_json facts{{"file", path.string()},
+                                     {"segments", skeleton.size()},
+                                     {"vertices", level.mesh.positions.size()},
+                                     {"triangles", level.mesh.indices.size() / 3}};
         if (lod > 0)
-            facts.back()["error"] = level.error;
+            facts["error"] = level.error;
+        made.push_back(std::move(facts));
         levels.push_back(std::move(level));
         if (choices_.together)
             continue;
         if (isObj)
         {
-            writeTextures(path);
-            orFail(writeObj(path, levels.back().mesh, appearance_, info, imageNames(path, images_)));
+            writeTextures(output);
+            orFail(writeObj(path, levels.back().mesh, appearance_, info, imageFiles_));
         }
         else
             writeGlbOf(levels, lod, info, path);
         levels.clear();
     }
     if (choices_.together)
+    {
         writeGlbOf(levels, first, info, output);
+        // One file, one entry, which tells of each level.
+        nlohmann::ordered_json file{{"file", output.string()}, {"segments", skeleton.size()}};
+        for (nlohmann::ordered_json& level : made)
+        {
+            level.erase("file");
+            level.erase("segments");
+        }
+        file["levels"] = std::move(made);
+        made = nlohmann::ordered_json::array({std::move(file)});
+    }
     if (choices_.collision)
-        facts.push_back(
+        made.push_back(
             writeCollision(skeleton, label, std::filesystem::path(output).replace_extension(".collision.json")));
-    return facts;
+    return made;
 }
 
 void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
@@ -223,14 +231,22 @@ void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLo
                     options));
 }
 
-void PlantBaker::writeTextures(const std::filesystem::path& obj) const
+/// oak-bark-colour.png and so on beside oak.obj, once for all plants and levels.
+void PlantBaker::writeTextures(const std::filesystem::path& obj)
 {
-    const std::vector<MaterialImages> names = imageNames(obj, images_);
-    for (std::size_t i = 0; i < names.size(); ++i)
-        for (const auto& [name, bytes] :
-             {std::pair(&names[i].colour, &images_[i].colour), std::pair(&names[i].normal, &images_[i].normal),
-              std::pair(&names[i].roughness, &images_[i].roughness)})
-            orFail(writeFileAtomically(obj.parent_path() / *name, *bytes));
+    if (!imageFiles_.empty())
+        return;
+    std::string stem = obj.stem().string();
+    std::ranges::replace(stem, ' ', '_'); // many readers split names at blanks
+    for (std::size_t i = 0; i < images_.size(); ++i)
+    {
+        const std::string material = stem + (i == 0 ? std::string("-bark-") : "-leaf" + std::to_string(i) + "-");
+        imageFiles_.push_back({material + "colour.png", material + "normal.png", material + "roughness.png"});
+        const MaterialImages& names = imageFiles_.back();
+        orFail(writeFileAtomically(obj.parent_path() / names.colour, images_[i].colour));
+        orFail(writeFileAtomically(obj.parent_path() / names.normal, images_[i].normal));
+        orFail(writeFileAtomically(obj.parent_path() / names.roughness, images_[i].roughness));
+    }
 }
 
 nlohmann::ordered_json PlantBaker::writeCollision(const Skeleton& skeleton, const std::string& label,

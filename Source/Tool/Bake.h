@@ -3,6 +3,7 @@
 #include "Look.h"
 
 #include <Espalier/Bake/Gltf.h>
+#include <Espalier/Bake/Obj.h>
 #include <Espalier/Mesh/Collision.h>
 #include <Espalier/Mesh/DetailLevel.h>
 #include <Espalier/Mesh/Wind.h>
@@ -34,7 +35,7 @@ struct BakeChoices
     [[nodiscard]] bool writesSeveral() const;
 };
 
-/// First and last of the levels of detail that an option names.
+/// First and last of the levels of detail that `--lod` names.
 [[nodiscard]] std::pair<std::uint32_t, std::uint32_t> parseLevels(const std::string& text);
 
 /// Bakes the plants of one species, one after the other.
@@ -62,7 +63,7 @@ private:
     void addWind(const Skeleton& skeleton, Level& level);
     void writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
                     const std::filesystem::path& path) const;
-    void writeTextures(const std::filesystem::path& obj) const;
+    void writeTextures(const std::filesystem::path& folder);
     nlohmann::ordered_json writeCollision(const Skeleton& skeleton, const std::string& label,
                                           const std::filesystem::path& path);
 
@@ -71,6 +72,7 @@ private:
     std::string path_;
     std::optional<WindPreset> preset_;
     std::vector<EncodedImages> images_;
+    std::vector<MaterialImages> imageFiles_; ///< Of OBJ: written with the first plant, and used by all.
     DetailScratch scratch_;
     WindScratch windScratch_;
     CollisionScratch collisionScratch_;

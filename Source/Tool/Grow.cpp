@@ -33,9 +33,18 @@ bool wantsSkeletons(const GrowCommand& command)
     if (ending != ".swc" && ending != ".glb" && ending != ".obj")
         failUsage("grow: " + command.output +
                   ": expected an output that ends in .glb or .obj, or .swc for the skeleton");
-    if (ending == ".obj" &&
-        (command.bake.together || command.bake.profile != "portable" || command.bake.wind != "none"))
-        failUsage("grow: " + command.output + ": OBJ knows neither --together nor --profile nor --wind; expected .glb");
+    const BakeChoices& bake = command.bake;
+    const bool isPlain = !bake.together && !bake.translucent && bake.profile == "portable" && bake.wind == "none";
+    if (ending == ".obj" && !isPlain)
+        failUsage(
+            "grow: " + command.output +
+            ": OBJ knows no --together, --translucent, --profile or --wind; expected an output that ends in .glb");
+    if (ending == ".swc" && (!isPlain || bake.collision || bake.levels != "0"))
+        failUsage("grow: " + command.output +
+                  ": a skeleton has no levels, wind data or shapes; expected an output that "
+                  "ends in .glb");
+    if (const auto [first, last] = parseLevels(bake.levels); bake.together && first == last)
+        failUsage("grow: --together puts several levels into one file; expected a range, such as --lod 0..4");
     return ending == ".swc";
 }
 
@@ -46,11 +55,16 @@ public:
     PlantWriter(const GrowCommand& command, const SeedRange& range)
         : command_(command), range_(range), writesSkeletons_(wantsSkeletons(command)),
           grower_(command.species, command.iterations, range.exemplar, command.attempt),
-          appearance_(grower_.species().appearance), info_{grower_.species().name,
-                                                           writesSkeletons_ ? 0 : hashOf(grower_.species()),
-                                                           {}}
+          appearance_(grower_.species().appearance), info_{grower_.species().name, 0, {}}
     {
         command_.look.applyTo(appearance_);
+        if (!writesSkeletons_)
+        {
+            // What is baked is the species with this look: its identity must be another one.
+            Species shown = grower_.species();
+            shown.appearance = appearance_;
+            info_.speciesHash = hashOf(shown);
+        }
         if (!writesSkeletons_)
             baker_.emplace(command.bake, appearance_, command.species);
     }
@@ -115,6 +129,13 @@ void printFile(const nlohmann::ordered_json& file)
             std::cout << "for pixels of " << std::round(1e4 * value.get<double>()) / 10 << " mm";
         else if (what == "attempt")
             std::cout << "attempt " << value;
+        else if (what == "levels")
+        {
+            std::cout << value.size() << " levels of";
+            for (const auto& level : value)
+                std::cout << ' ' << level["triangles"];
+            std::cout << " triangles";
+        }
         else if (what == "volumeShare")
             std::cout << std::round(100 * value.get<double>()) << " % of the wood";
         else if (what == "hullVertices")

@@ -99,6 +99,8 @@ public:
             if (labelSteps && input.iterations)
                 label = (name.empty() ? "" : name + ' ') + "n = " + std::to_string(*input.iterations);
             addLook(plant, input.path, label, given);
+            if (command_.seasons && given.seasons.empty())
+                failUsage(input.path + ": its appearance has no seasons; expected no --seasons");
             if (command_.seasons)
                 for (const Season& season : given.seasons)
                     addLook(plant, input.path, season.name, inSeason(given, season.name));
@@ -128,33 +130,36 @@ private:
             const std::string triangles = std::to_string(mesh.indices.size() / 3) + " triangles";
             const std::string caption = first == last ? label : "level " + std::to_string(level) + ": " + triangles;
             if (command_.gustFrames > 0)
-                addGust(plant.skeleton, mesh);
+                addGust(plant.skeleton, mesh, label);
             else
                 addSubject(std::move(mesh), caption);
         }
     }
 
     /// The plant at even times over one gust of a strong breeze.
-    void addGust(const Skeleton& skeleton, const TreeMesh& mesh)
+    void addGust(const Skeleton& skeleton, const TreeMesh& mesh, const std::string& label)
     {
         constexpr float kSeconds = 4;
         WindScratch scratch;
         WindVertices wind;
         if (!computeWind(skeleton, mesh, scratch, wind))
-            return addSubject(mesh, "still");
+            return addSubject(mesh, label);
         const WindResponse response = windResponse(skeleton, appearances_.back()->wind);
         for (std::uint32_t frame = 0; frame < command_.gustFrames; ++frame)
         {
             const float time = kSeconds * static_cast<float>(frame) / static_cast<float>(command_.gustFrames);
             const WindWeather weather{.speed = 12, .gust = 0.6f, .time = time};
             std::ostringstream caption;
-            caption << std::fixed << std::setprecision(1) << time << " s";
+            caption << label << ", " << std::fixed << std::setprecision(1) << time << " s";
             addSubject(blownBy(mesh, wind, weather, response), caption.str());
         }
     }
 
     void addSubject(TreeMesh mesh, std::string caption)
     {
+        constexpr std::size_t kMost = 1024; // of one sheet
+        if (subjects_.size() == kMost)
+            failUsage("render: expected at most " + std::to_string(kMost) + " pictures on a sheet");
         meshes_.push_back(std::make_unique<TreeMesh>(std::move(mesh)));
         subjects_.push_back({meshes_.back().get(), appearances_.back().get(), std::move(caption)});
     }
@@ -216,8 +221,11 @@ void render(const RenderCommand& command)
     const bool needNames = kinds(InputKind::Archetype) > 1 || kinds(InputKind::Species) + kinds(InputKind::Grammar) > 1;
     if (command.attempt && kinds(InputKind::Species) == 0)
         failUsage("render: expected no --attempt; only species choose among several");
-    if ((command.seasons || command.gustFrames > 0) && !command.sheet)
-        failUsage("render: --seasons and --gust show a plant several times; expected --sheet");
+    const auto [firstLevel, lastLevel] = parseLevels(command.levels);
+    if ((command.seasons || command.gustFrames > 0 || firstLevel != lastLevel) && !command.sheet)
+        failUsage("render: --seasons, --gust and a range of levels show a plant several times; expected --sheet");
+    if (command.seasons && (!command.look.season.empty() || command.look.bare))
+        failUsage("render: --seasons shows all of them in leaf; expected neither --season nor --no-leaves");
     Gallery gallery(command, settings);
     for (const std::string& path : command.inputs)
         for (const std::optional<std::uint32_t>& step : kindOf(path) == InputKind::Archetype ? parseSteps({}) : steps)

@@ -9,8 +9,15 @@
 namespace espalier {
 
 struct Appearance;
-struct MaterialImages;
 struct TreeMesh;
+
+/// Names of the picture files of one material; empty ones are left out. Of leaves, alpha of the colour cuts them out.
+struct MaterialImages
+{
+    std::string colour;
+    std::string normal;    ///< Tangent space, green towards the tip.
+    std::string roughness; ///< Green channel, as in glTF.
+};
 
 /// A mesh as text, for programs that know no glTF.
 struct ObjText

@@ -64,7 +64,9 @@ public:
         scratch_.trial.clear();
         const MeshResult result = meshBare(scratch_.thinned, appearance_, coarserBy(error, settings_), limits_,
                                            scratch_.mesh, scratch_.trial);
-        if (result == MeshResult::Ok && scratch_.trial.indices.size() + leaves > wanted)
+        // Nothing left of bare wood is few enough; wood that was widened beyond all limits is no mesh.
+        if ((result != MeshResult::Ok && result != MeshResult::EmptySkeleton) ||
+            scratch_.trial.indices.size() + leaves > wanted)
             return false;
         nameFullSources(scratch_.thinning, scratch_.trial);
         std::swap(scratch_.best, scratch_.trial);
@@ -80,6 +82,8 @@ public:
                                              scratch_.mesh.leaves, mesh);
         if (leaves == MeshResult::EmptySkeleton)
             return best.indices.empty() ? leaves : MeshResult::Ok;
+        if (leaves != MeshResult::Ok)
+            mesh.clear();
         return leaves;
     }
 

@@ -25,7 +25,7 @@ struct DetailLevel
 };
 
 /// Appends level `level` of a plant to `mesh`, which must be empty: 0 is the full plant, each further one has at most
-/// half as many triangles as the one before, 1 / 2^level of all. Its error is the smallest that comes to so few, to 2
+/// 1 / 2^level of its triangles. Its error is the smallest that comes to so few, to 2
 /// %; it never falls from one level to the next. Where even the bare trunk has more, the level is that. `level` is at
 /// most kMostDetailLevel.
 ///

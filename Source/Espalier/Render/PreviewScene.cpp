@@ -217,7 +217,8 @@ void PreviewScene::cutLeaves(const RTCFilterFunctionNArguments* arguments)
     const std::vector<Vec2>& uvs = scene->mesh_.uvs;
     const Vec2 uv = (1 - u - v) * uvs[corner[0]] + u * uvs[corner[1]] + v * uvs[corner[2]];
     constexpr float kCutoff = 0.5f; // as in glTF
-    if (scene->paintOf(triangle).material->alpha(uv) < kCutoff)
+    const PaintedMaterial* material = scene->paintOf(triangle).material;
+    if (material && material->alpha(uv) < kCutoff)
         arguments->valid[0] = 0;
 }
 
@@ -416,10 +417,12 @@ void PreviewScene::paintLeaf(const Paint& paint, const Facet& facet, Surface& su
     // What comes through has passed more of the leaf, so its colour is purer. Both together never exceed the light.
     const float brightest = std::max({colour.x, colour.y, colour.z, 1e-4f});
     const auto purer = [&](float c) { return c * std::lerp(1.0f, std::sqrt(c / brightest), 0.6f); };
-    const float usual = LeafAppearance{}.translucency;
     surface.albedo = colour * (1 - 0.45f * brightest);
-    surface.through = Vec3(purer(colour.x), purer(colour.y), purer(colour.z)) *
-                      (1.4f * std::min(paint.translucency / usual, 1.5f) * (1 - 0.72f * brightest));
+    const Vec3 pure(purer(colour.x), purer(colour.y), purer(colour.z));
+    const float wanted = 1.4f * (1 - 0.72f * brightest) * paint.translucency / LeafAppearance{}.translucency;
+    const float most = (1 - std::max({surface.albedo.x, surface.albedo.y, surface.albedo.z})) /
+                       std::max({pure.x, pure.y, pure.z, 1e-4f});
+    surface.through = pure * std::min(wanted, most);
     if (onPaper_)
         surface.through *= kPaperThrough;
 }
@@ -459,7 +462,7 @@ Vec3 PreviewScene::leafLight(const Surface& surface, Vec3 toSun, Vec2 random) co
     Vec3 result(0);
     const float sunCosine = glm::dot(surface.normal, toSun);
     const bool isLit = sunCosine > 0;
-    if (toSun.y > 0 && !isHidden(isLit ? surface.start : surface.behind, toSun))
+    if (!onPaper_ && toSun.y > 0 && !isHidden(isLit ? surface.start : surface.behind, toSun))
     {
         result += (isLit ? surface.albedo : surface.through) * kSun * (std::abs(sunCosine) / kPi);
         if (isLit)

@@ -79,8 +79,9 @@ Expected<void> checkSettings(const RenderSettings& settings)
         Range{"cameraAzimuth", settings.cameraAzimuth, -1e6, 1e6},
         Range{"cameraElevation", settings.cameraElevation, -1.5, 1.5},
         Range{"fieldOfView", settings.fieldOfView, 0.01, 1.5},
-        Range{"focus", std::max({std::abs(settings.focus.x), std::abs(settings.focus.y), std::abs(settings.focus.z)}),
-              0, 1e7},
+        Range{"focus.x", settings.focus.x, -1e7, 1e7},
+        Range{"focus.y", settings.focus.y, -1e7, 1e7},
+        Range{"focus.z", settings.focus.z, -1e7, 1e7},
         Range{"focusRadius", settings.focusRadius, 0, 1e4},
         Range{"threads", static_cast<double>(settings.threads), 0, 256},
     };
@@ -100,7 +101,8 @@ Expected<void> checkSubject(const RenderSubject& subject)
     const TreeMesh& mesh = *subject.mesh;
     if (mesh.indices.empty() || mesh.indices.size() % 3 != 0)
         return bad("its mesh has " + std::to_string(mesh.indices.size()) + " indices");
-    if (mesh.normals.size() != mesh.positions.size() || mesh.uvs.size() != mesh.positions.size())
+    if (mesh.normals.size() != mesh.positions.size() || mesh.uvs.size() != mesh.positions.size() ||
+        (!mesh.tints.empty() && mesh.tints.size() != mesh.positions.size()))
         return bad("its vertex arrays differ in length");
     const auto isInside = [&](std::uint32_t index) { return index < mesh.positions.size(); };
     if (!std::all_of(mesh.indices.begin(), mesh.indices.end(), isInside))
@@ -109,8 +111,14 @@ Expected<void> checkSubject(const RenderSubject& subject)
         !std::all_of(mesh.normals.begin(), mesh.normals.end(), [](Vec3 n) { return isFinite(n); }) ||
         !std::all_of(mesh.uvs.begin(), mesh.uvs.end(), [](Vec2 uv) { return isFinite(uv); }))
         return bad("a number in its mesh is not finite or beyond 10,000 km");
-    if (!isFinite(subject.appearance->bark.colour))
-        return bad("its bark has a colour that is not finite");
+    const auto& leaves = subject.appearance->leaves;
+    if (!std::all_of(leaves.begin(), leaves.end(), [](const LeafAppearance& leaf) {
+            return isFinite(leaf.colour) && isFinite(Vec2(leaf.width, leaf.stalk)) && std::isfinite(leaf.translucency);
+        }))
+        return bad("its leaves have a number that is not finite");
+    if (!isFinite(subject.appearance->bark.colour) || !std::isfinite(subject.appearance->bark.tile) ||
+        !std::isfinite(subject.appearance->bark.relief))
+        return bad("its bark has a number that is not finite");
     const auto& palette = subject.appearance->palette;
     if (!std::all_of(palette.begin(), palette.end(), [](Vec3 colour) { return isFinite(colour); }))
         return bad("its palette has a colour that is not finite");
@@ -151,7 +159,7 @@ std::vector<Vec3> framedPoints(const TreeMesh& mesh, const RenderSettings& setti
     return points;
 }
 
-/// Two radii before the middle of a close-up.
+/// Two and a half radii before the middle of a close-up.
 float nearestShown(const Shot& shot, const RenderSettings& settings)
 {
     const double away = glm::dot(DVec3(settings.focus) - shot.camera.position, shot.camera.axes.forward);

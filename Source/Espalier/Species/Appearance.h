@@ -25,7 +25,7 @@ struct BarkAppearance
 {
     Vec3 colour{0.185f, 0.148f, 0.115f}; ///< Mean of the bark.
     float roughness = 0.9f;              ///< Mean. [0, 1], as in glTF.
-    float tile = 0.5f;                   ///< Metres of bark that one repeat of the texture shows. (0, 100]
+    float tile = 0.5f;                   ///< Metres of bark that one repeat of the texture shows. [0.001, 100]
     BarkKind kind = BarkKind::Furrowed;
     float relief = 0.02f; ///< Metres between the deepest furrow and the highest ridge. [0, 0.5]
     /// What young wood is tinted by, on top of the bark's colour. White: twigs look like the trunk. [0, 1] each
@@ -90,8 +90,8 @@ struct LeafAppearance
     float taper = 0;     ///< How much shorter leaves are at the ends of their shoot: 0 not, 1 down to nothing. [0, 1]
     float width = 0.55f; ///< In lengths. [0.01, 4]
     float stalk = 0.12f; ///< In lengths. [0, 0.9]
-    float fold = 0.3f;   ///< Radians by which each half rises along the midrib. [0, 1.5]
-    float arch = 0.06f;  ///< How high the midrib rises between its ends, in lengths. [-0.5, 0.5]
+    float fold = 0.3f;   ///< Radians by which each half rises along the midrib. [0, 1.2]
+    float arch = 0.06f;  ///< How high the midrib rises between its ends, in lengths. [-0.4, 0.4]
     std::uint32_t leaves = 1; ///< Drawn on one surface; more than one make it a spray along its midrib. [1, 64]
 
     // Its look.
@@ -128,18 +128,6 @@ struct Season
 
 inline constexpr std::size_t kMaxSeasons = 16;
 
-/// A user's own pictures in place of generated ones: paths beside the species' file; empty ones are generated. Those of
-/// bark tile in both directions, +v upwards; those of leaves have the stalk at the middle of the lower edge, and alpha
-/// of the colour cuts them out.
-struct MaterialImages
-{
-    std::string colour;
-    std::string normal;    ///< Tangent space, green towards the tip.
-    std::string roughness; ///< Green channel, as in glTF.
-
-    friend bool operator==(const MaterialImages&, const MaterialImages&) = default;
-};
-
 /// Entries of a palette; a skeleton's materials beyond share the last.
 inline constexpr std::size_t kMaxPalette = 64;
 
@@ -164,7 +152,6 @@ struct Appearance
     BarkAppearance bark;
     std::vector<LeafAppearance> leaves; ///< At most kMaxLeafKinds; none: a winter tree.
     std::vector<Season> seasons;        ///< At most kMaxSeasons.
-    std::vector<MaterialImages> images; ///< [0] of the bark, [1 + k] of leaves of kind k; may be shorter.
     WindAppearance wind;
     /// Linear RGB in [0, 1], by the material index of what the skeleton draws (the turtle's '); indices beyond take the
     /// last entry. Wood of index 0 has the bark's colour, so entry 0 is that of leaves. [1, kMaxPalette] entries

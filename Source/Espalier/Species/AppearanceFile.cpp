@@ -58,8 +58,8 @@ template <class Object>
 struct Key
 {
     std::string_view name;
-    std::variant<float Object::*, Vec3 Object::*, std::uint32_t Object::*, bool Object::*, std::string Object::*,
-                 BarkKind Object::*, LeafShape Object::*, LeafArrangement Object::*, LeafForm Object::*>
+    std::variant<float Object::*, Vec3 Object::*, std::uint32_t Object::*, bool Object::*, BarkKind Object::*,
+                 LeafShape Object::*, LeafArrangement Object::*, LeafForm Object::*>
         member;
     double low = 0; ///< Of numbers, in the file's unit.
     double high = 1;
@@ -86,8 +86,8 @@ const std::array kLeafKeys{
     Key<LeafAppearance>{"width", &LeafAppearance::width, 0.01, 4},
     Key<LeafAppearance>{"taper", &LeafAppearance::taper},
     Key<LeafAppearance>{"stalk", &LeafAppearance::stalk, 0, 0.9},
-    Key<LeafAppearance>{"fold", &LeafAppearance::fold, 0, 85, Unit::Degrees},
-    Key<LeafAppearance>{"arch", &LeafAppearance::arch, -0.5, 0.5},
+    Key<LeafAppearance>{"fold", &LeafAppearance::fold, 0, 68, Unit::Degrees},
+    Key<LeafAppearance>{"arch", &LeafAppearance::arch, -0.4, 0.4},
     Key<LeafAppearance>{"thickestWood", &LeafAppearance::thickestWood, 1e-6, 10, Unit::Plain, Mention::Always},
     Key<LeafAppearance>{"spacing", &LeafAppearance::spacing, 0.001, 100, Unit::Plain, Mention::Always},
     Key<LeafAppearance>{"arrangement", &LeafAppearance::arrangement},
@@ -116,12 +116,6 @@ const std::array kWindKeys{
     Key<WindAppearance>{"trunk", &WindAppearance::trunk, 0, 10},
     Key<WindAppearance>{"boughs", &WindAppearance::boughs, 0, 10},
     Key<WindAppearance>{"flutter", &WindAppearance::flutter, 0, 10},
-};
-
-const std::array kImageKeys{
-    Key<MaterialImages>{"colour", &MaterialImages::colour},
-    Key<MaterialImages>{"normal", &MaterialImages::normal},
-    Key<MaterialImages>{"roughness", &MaterialImages::roughness},
 };
 
 const std::array kPipeKeys{
@@ -172,10 +166,6 @@ struct KeyReader
     Expected<void> operator()(bool Object::*member) const
     {
         return value.boolean(key.name).map([&](bool is) { object.*member = is; });
-    }
-    Expected<void> operator()(std::string Object::*member) const
-    {
-        return value.string(key.name).map([&](std::string_view text) { object.*member = text; });
     }
     template <class Choice>
     Expected<void> operator()(Choice Object::*member) const
@@ -291,7 +281,6 @@ struct KeyPrinter
     std::string operator()(Vec3 Object::*member) const { return colourText(object.*member); }
     std::string operator()(std::uint32_t Object::*member) const { return std::to_string(object.*member); }
     std::string operator()(bool Object::*member) const { return object.*member ? "true" : "false"; }
-    std::string operator()(std::string Object::*member) const { return quoteJson(object.*member); }
     template <class Choice>
     std::string operator()(Choice Object::*member) const
     {
@@ -329,10 +318,10 @@ std::string listText(const std::array<Key<Entry>, N>& keys, const std::vector<En
 
 Expected<void> readAppearance(const Value& value, Appearance& appearance, PipeModel* pipes)
 {
-    constexpr std::array<std::string_view, 7> kKeys{"bark", "leaves", "seasons", "wind", "images", "palette", "pipes"};
+    constexpr std::array<std::string_view, 6> kKeys{"bark", "leaves", "seasons", "wind", "palette", "pipes"};
     // Files of an appearance alone begin with their head.
-    constexpr std::array<std::string_view, 8> kFileKeys{"espalier", "version", "bark",   "leaves",
-                                                        "seasons",  "wind",    "images", "palette"};
+    constexpr std::array<std::string_view, 7> kFileKeys{"espalier", "version", "bark",   "leaves",
+                                                        "seasons",  "wind",    "palette"};
     const std::span<const std::string_view> keys = pipes ? std::span<const std::string_view>(kKeys) : kFileKeys;
     if (auto done = value.requireObject("appearance", keys); !done)
         return done;
@@ -349,13 +338,6 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance, PipeMo
               })
         .read("seasons", [&](const Value& v) { return readSeasons(v, appearance.seasons); })
         .read("wind", [&](const Value& v) { return readObject(v, "wind", kWindKeys, appearance.wind); })
-        .read("images",
-              [&](const Value& v) {
-                  return readList(v, "images", 0, kMaxLeafKinds + 1, appearance.images,
-                                  [](const Value& item, MaterialImages& images) {
-                                      return readObject(item, "images of a material", kImageKeys, images);
-                                  });
-              })
         .read("palette",
               [&](const Value& v) { return readList(v, "palette", 1, kMaxPalette, appearance.palette, readColour); })
         .result();
@@ -378,8 +360,6 @@ std::string appearanceText(const Appearance& appearance, const PipeModel* pipes,
         text += "\n" + inner + "}";
     if (appearance.wind != WindAppearance{})
         text += ",\n" + inner + "\"wind\": " + objectText(kWindKeys, appearance.wind);
-    if (!appearance.images.empty())
-        text += ",\n" + inner + "\"images\": " + listText(kImageKeys, appearance.images, inner);
     if (appearance.palette != defaultPalette())
     {
         text += ",\n" + inner + "\"palette\": [";

@@ -187,7 +187,8 @@ float halfWidthOf(LeafShape shape, float along) noexcept
     return 0;
 }
 
-LeafSurface::LeafSurface(const LeafAppearance& leaf) : shape_(leaf.shape), width_(leaf.width)
+LeafSurface::LeafSurface(const LeafAppearance& leaf)
+    : shape_(leaf.shape), isBall_(leaf.form == LeafForm::Ball), width_(leaf.width)
 {
     const float halfWidth = 0.5f * leaf.width;
     const float usual = usualWidth(leaf.shape);
@@ -207,6 +208,8 @@ LeafSurface::LeafSurface(const LeafAppearance& leaf) : shape_(leaf.shape), width
 std::optional<SurfacePoint> LeafSurface::at(Vec2 uv) const noexcept
 {
     const Vec2 point((uv.x - 0.5f) * width_, uv.y);
+    if (isBall_)
+        return SurfacePoint{0, uv.y, 2 * uv.x - 1};
     if (shape_ == LeafShape::Blossom)
     {
         const Vec2 heart(2 * uv.x - 1, 2 * uv.y - 1);

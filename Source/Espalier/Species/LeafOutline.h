@@ -32,8 +32,8 @@ struct SurfacePoint
     float across = 0; ///< From the midrib to the right, in half widths there: [-1, 1].
 };
 
-/// The drawing on the surface of one kind of leaf: one that fills it, a spray of several in two ranks with one at the
-/// end, or the five petals of a blossom. Immutable; use from any thread.
+/// The drawing on the surface of one kind of leaf. Of a ball it covers all; else: one that fills it, a spray of several
+/// in two ranks with one at the end, or the five petals of a blossom. Immutable; use from any thread.
 class LeafSurface
 {
 public:
@@ -49,6 +49,7 @@ public:
 
 private:
     LeafShape shape_;
+    bool isBall_;
     float width_;
     float shootEnd_ = 0;   ///< Of a spray: where its last leaf begins.
     float shootWidth_ = 0; ///< Half of it, at its foot.

@@ -48,7 +48,7 @@ Appearance unusual(std::uint64_t seed)
         leaf.atTip = i == 1;
         leaf.angle = number(0, 3.1);
         leaf.angleSpread = number(0, 3.1);
-        leaf.fold = number(0, 1.48);
+        leaf.fold = number(0, 1.18);
         leaf.length = number(0.001, 20);
         leaf.colour = colour();
         leaf.crownNormals = number(0, 1);
@@ -56,7 +56,6 @@ Appearance unusual(std::uint64_t seed)
     }
     appearance.seasons = {{"autumn", {{colour(), number(0, 1), number(0, 1)}, {colour(), 0.2f, 1}}},
                           {"winter \"x\"", {}}};
-    appearance.images = {{"bark.png", "", "bark-rough.png"}, {}};
     appearance.wind = {number(0, 10), number(0, 10), 1};
     appearance.palette = {colour(), colour()};
     return appearance;
