@@ -289,6 +289,50 @@ expect "a level that there is none of" 2 "lod" "$espalier" grow Thesis.species -
 expect "levels side by side" 0 "pixels" "$espalier" render Thesis.species --lod 0..3 --sheet --width 64 --height 64 --samples 1 -o lod.png
 expect "levels that there are none of" 2 "a level from 0 to 12" "$espalier" render Thesis.species --lod 11..13 --sheet -o lod.png
 
+# How a species looks.
+"$espalier" infer "$content/Oak.archetype" -o look.species > /dev/null
+cp look.species bare.species
+expect "a look for a species" 0 "1 kind of leaves, 3 seasons" "$espalier" appearance look.species --set "$content/Oak.appearance"
+expect "a look is printed" 0 '"shape": "lobed"' "$espalier" appearance look.species
+"$espalier" appearance look.species > printed.appearance
+cp look.species before.species
+expect "a printed look goes back" 0 "1 kind" "$espalier" appearance look.species --set printed.appearance
+same "a printed look goes back" before.species look.species
+expect "a look at once" 0 "" "$espalier" infer "$content/Oak.archetype" --appearance "$content/Oak.appearance" -o dressed.species
+same "a look at once" look.species dressed.species
+expect "inferring again keeps the look" 0 "" "$espalier" infer "$content/Oak.archetype" -o dressed.species
+same "inferring again keeps the look" look.species dressed.species
+for appearance in "$content"/*.appearance; do
+    expect "a look of every kind" 0 "triangles" "$espalier" grow bare.species --appearance "$appearance" --lod 3 --textures 16 -o kind.glb
+done
+expect "a season" 0 "triangles" "$espalier" grow look.species --season autumn --textures 16 --lod 4 -o autumn.glb
+expect "a season that there is none of" 2 "expected one of spring, autumn, winter" "$espalier" grow look.species --season fall -o x.glb
+expect "a season of a bare tree" 2 "has no seasons" "$espalier" grow bare.species --season autumn -o x.glb
+"$espalier" grow look.species --no-leaves --textures 0 --lod 4 -o wood-a.glb > /dev/null
+expect "leaves are baked" 1 "" cmp -s wood-a.glb autumn.glb
+expect "seasons on a sheet" 0 "pixels" "$espalier" render look.species --seasons --sheet --lod 5 --width 64 --height 64 --samples 1 -o s.png
+expect "a season among seasons" 2 "neither --season" "$espalier" render look.species --seasons --season winter --sheet -o s.png
+expect "a gust" 0 "pixels" "$espalier" render look.species --gust 3 --sheet --lod 5 --width 64 --height 64 --samples 1 -o s.png
+expect "a close-up" 0 "pixels" "$espalier" render look.species --focus 0,1,0,1 --lod 5 --width 64 --height 64 --samples 1 -o s.png
+expect "a close-up of nowhere" 3 "focus.y" "$espalier" render look.species --focus 0,nan,0,1 --lod 5 --width 64 --height 64 -o s.png
+printf '{"espalier": "appearance", "version": 1,\n "leaves": [{"shape": "round"}]}' > round.appearance
+expect "a shape that there is none of" 3 "round.appearance:2:23: shape is" "$espalier" appearance look.species --set round.appearance
+same "the earlier look stays" before.species look.species
+
+# What is baked, and how.
+expect "every profile" 0 "triangles" "$espalier" grow look.species --lod 4 --profile quantized --textures 16 --wind bones -o q.glb
+expect "every profile" 0 "triangles" "$espalier" grow look.species --lod 4 --profile compressed --textures 16 --wind generic -o c.glb
+expect "a file a level" 0 "levels-lod5.glb" "$espalier" grow look.species --lod 3..5 --textures 16 -o levels.glb
+expect "levels in one file" 0 '"levels"' "$espalier" grow look.species --lod 3..5 --together --textures 16 --json -o together.glb
+expect "one level in one file" 2 "expected a range" "$espalier" grow look.species --together -o x.glb
+expect "levels the wrong way round" 2 "the lower level first" "$espalier" grow look.species --lod 3..1 -o x.glb
+expect "collision shapes" 0 "c.collision.json: " "$espalier" grow look.species --lod 4 --collision --textures 16 -o c.glb
+expect "one closed surface" 0 "triangles" "$espalier" grow look.species --lod 4 --branches weld --no-leaves --textures 0 -o w.glb
+expect "an OBJ" 0 "triangles" "$espalier" grow look.species --lod 4 --textures 16 -o o.obj
+expect "an OBJ's pictures" 0 "o-bark-colour.png" cat o.mtl
+expect "an OBJ in the wind" 2 "OBJ knows no" "$espalier" grow look.species --wind generic -o o.obj
+expect "a skeleton in the wind" 2 "a skeleton has no levels" "$espalier" grow look.species --wind generic -o o.swc
+
 # Wrong usage is 2.
 expect "steps of a drawn tree" 2 "expected no -n" "$espalier" measure "$content/Thesis.archetype" -n 3
 expect "steps below none" 2 "iterations" "$espalier" derive plant.lsys -n -1
