@@ -6,6 +6,7 @@
 #include <Espalier/Bake/Obj.h>
 #include <Espalier/Mesh/Collision.h>
 #include <Espalier/Mesh/DetailLevel.h>
+#include <Espalier/Mesh/Silhouette.h>
 #include <Espalier/Mesh/Wind.h>
 #include <Espalier/Mesh/WindPresets.h>
 #include <filesystem>
@@ -29,6 +30,7 @@ struct BakeChoices
     std::uint32_t joints = 64;
     std::string branches = "embed"; ///< How they join.
     bool collision = false;
+    bool differences = false; ///< Tell how levels look beside the full plant.
 
     void addTo(CLI::App& verb);
     /// Whether a plant becomes several files.
@@ -47,7 +49,7 @@ public:
 
     /// Writes all levels of a plant, and what else was chosen, to files named after `output`; says what came out. The
     /// result is empty if there was nothing to draw.
-    nlohmann::ordered_json write(const Skeleton& skeleton, const BakeInfo& info, const std::string& label,
+    nlohmann::ordered_json write(const Skeleton& skeleton, BakeInfo info, const std::string& label,
                                  const std::filesystem::path& output);
 
 private:
@@ -61,6 +63,7 @@ private:
     };
     bool makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level);
     void addWind(const Skeleton& skeleton, Level& level);
+    void addDifferences(const Level& level, nlohmann::ordered_json& facts);
     void writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
                     const std::filesystem::path& path) const;
     void writeTextures(const std::filesystem::path& folder);
@@ -74,6 +77,8 @@ private:
     std::vector<EncodedImages> images_;
     std::vector<MaterialImages> imageFiles_; ///< Of OBJ: written with the first plant, and used by all.
     DetailScratch scratch_;
+    TreeMesh full_; ///< The plant at level 0, where levels are compared with it.
+    SilhouetteScratch silhouettes_;
     WindScratch windScratch_;
     CollisionScratch collisionScratch_;
 };

@@ -136,6 +136,10 @@ void printFile(const nlohmann::ordered_json& file)
                 std::cout << ' ' << level["triangles"];
             std::cout << " triangles";
         }
+        else if (what == "coverage")
+            std::cout << "covers " << std::round(1e3 * value.get<double>()) / 10 << " %";
+        else if (what == "outline")
+            std::cout << "outline off by " << std::round(1e3 * value.get<double>()) / 10 << " %";
         else if (what == "volumeShare")
             std::cout << std::round(100 * value.get<double>()) << " % of the wood";
         else if (what == "hullVertices")

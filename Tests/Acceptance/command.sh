@@ -322,6 +322,8 @@ same "the earlier look stays" before.species look.species
 # What is baked, and how.
 expect "every profile" 0 "triangles" "$espalier" grow look.species --lod 4 --profile quantized --textures 16 --wind bones -o q.glb
 expect "every profile" 0 "triangles" "$espalier" grow look.species --lod 4 --profile compressed --textures 16 --wind generic -o c.glb
+expect "how a plant answers the wind" 0 '"trunkAngle"' grep -a -o '"trunkAngle"' c.glb
+expect "how levels look" 0 "outline off by" "$espalier" grow look.species --lod 5 --differences --textures 16 -o d.glb
 expect "a file a level" 0 "levels-lod5.glb" "$espalier" grow look.species --lod 3..5 --textures 16 -o levels.glb
 expect "levels in one file" 0 '"levels"' "$espalier" grow look.species --lod 3..5 --together --textures 16 --json -o together.glb
 expect "one level in one file" 2 "expected a range" "$espalier" grow look.species --together -o x.glb

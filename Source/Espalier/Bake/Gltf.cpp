@@ -284,6 +284,11 @@ private:
         facts["speciesHash"] = Value(hexDigits(info_.speciesHash));
         facts["seed"] = Value(info_.seed ? std::to_string(info_.seed->value) : "exemplar");
         facts["version"] = Value(std::string(ESPALIER_VERSION));
+        if (info_.wind)
+            facts["wind"] = Value(Value::Object{{"trunkAngle", Value(asPrinted(info_.wind->trunkAngle))},
+                                                {"boughAngle", Value(asPrinted(info_.wind->boughAngle))},
+                                                {"flutter", Value(asPrinted(info_.wind->flutter))},
+                                                {"rate", Value(asPrinted(info_.wind->rate))}});
         return Value(std::move(facts));
     }
 

@@ -3,6 +3,7 @@
 #include <Espalier/Core/Error.h>
 #include <Espalier/Core/Random.h>
 #include <Espalier/Core/Vector.h>
+#include <Espalier/Mesh/WindMotion.h>
 #include <filesystem>
 #include <optional>
 #include <span>
@@ -25,6 +26,9 @@ struct BakeInfo
     std::uint64_t speciesHash = 0; ///< Identity of the species; written as 16 hex digits.
     /// Written as a decimal string: JSON numbers lose bits above 2^53. None: the drawn tree itself, "exemplar".
     std::optional<Seed> seed{Seed{}};
+    /// With wind data: how this plant answers, as `"wind": {"trunkAngle", "boughAngle", "flutter", "rate"}`, what
+    /// Content/Shaders/wind.vert asks for beside the attributes.
+    std::optional<WindResponse> wind{};
 };
 
 /// How the numbers of vertices are stored. What each costs in bytes, and who reads it: README.md.
