@@ -137,6 +137,16 @@ Vec3 directionOr(const Vec3& v, const Vec3& otherwise) noexcept
     return scaled / std::sqrt(glm::dot(scaled, scaled));
 }
 
+bool areApart(const Vec3& a, const Vec3& b) noexcept
+{
+    constexpr float kSmallest = 1e-6f;      // metres
+    constexpr float kSmallestShare = 1e-6f; // of a coordinate: eight roundings or more
+    const float largest = std::max({std::abs(b.x), std::abs(b.y), std::abs(b.z)});
+    const float least = std::max(kSmallest, kSmallestShare * largest);
+    const Vec3 step = b - a;
+    return glm::dot(step, step) > least * least;
+}
+
 void sampleAxis(const AxisStart& start, const AxisRounding& rounding, std::vector<AxisJoint>& joints,
                 std::vector<CurvePoint>& points)
 {

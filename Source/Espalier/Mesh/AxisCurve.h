@@ -46,9 +46,13 @@ struct AxisRounding
 /// The unit vector along `v`, or `otherwise` where `v` has no direction.
 [[nodiscard]] Vec3 directionOr(const Vec3& v, const Vec3& otherwise) noexcept;
 
+/// True if `b` may follow `a` as a joint: nearer ones, within a micrometre or a few roundings of their coordinates, are
+/// one place, for the way between them has no reliable direction.
+[[nodiscard]] bool areApart(const Vec3& a, const Vec3& b) noexcept;
+
 /// Replaces `points` by points of the curve through `joints`: every joint, and as many between two of them as keep its
-/// turns small. Positions and radii of the joints are given, the rest of them is filled in; neighbours must not
-/// coincide and there must be two or more.
+/// turns small. Positions and radii of the joints are given, the rest of them is filled in; neighbours must be
+/// apart and there must be two or more.
 ///
 /// The curve is a cubic between two joints, with one direction at each but lengths of tangent that shrink beside short
 /// neighbours and in sharp corners, so that it never swings out. Radii follow a monotone cubic: no bumps.

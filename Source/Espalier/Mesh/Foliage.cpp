@@ -19,9 +19,6 @@ constexpr Seed kLeaves{0x666f6c6961676521u};
 /// Degrees from one leaf to the next in a spiral: the smaller part of a circle in the golden section.
 constexpr double kGoldenAngle = 137.50776405003785;
 
-/// Metres. A shorter step has no direction.
-constexpr float kSmallestStep = 1e-6f;
-
 /// The square of the sine of the angle to the sky below which a direction has no left of its own.
 constexpr float kUpright = 1e-4f;
 
@@ -172,10 +169,9 @@ private:
         {
             if (i != segment && startsShoot(skeleton_, i))
                 break;
-            const Vec3 step = skeleton_.ends[i] - joints.back().position;
             const float radius = skeleton_.endRadii[i];
             thinnest = std::min(thinnest, radius);
-            if (glm::dot(step, step) > kSmallestStep * kSmallestStep)
+            if (areApart(joints.back().position, skeleton_.ends[i]))
             {
                 joints.back().piece = i;
                 joints.push_back({.position = skeleton_.ends[i], .radius = radius});

@@ -80,10 +80,9 @@ bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, TubeScratch& 
     {
         if (i != segment && !isJoined(skeleton, i))
             break;
-        const Vec3 step = skeleton.ends[i] - joints.back().position;
         const float radius = endRadiusOf(skeleton, scratch.forks, i);
         thickest = std::max(thickest, radius);
-        if (glm::dot(step, step) > kSmallestStep * kSmallestStep)
+        if (areApart(joints.back().position, skeleton.ends[i]))
         {
             joints.back().piece = i;
             joints.push_back({.position = skeleton.ends[i], .radius = radius});

@@ -152,6 +152,15 @@ TEST(TubeMesher, SickTreesGiveClosedTubesWithGoodVertices)
     }
 }
 
+TEST(TubeMesher, SegmentsOfAFewRoundingsFarFromTheOriginGiveNoNaN)
+{
+    const std::uint64_t seed = 56; // has a segment of 0.5 micrometres, 8 m from the origin
+    const Meshed m = meshed(randomTree(seed, 80, Ailments::All));
+    ASSERT_EQ(m.result, MeshResult::Ok);
+    expectGoodVertices(m.mesh, seed);
+    expectClosed(m.mesh, false, seed);
+}
+
 TEST(TubeMesher, TrianglesFaceWhereTheirNormalsPoint)
 {
     for (std::uint64_t seed = 0; seed < 100; ++seed)

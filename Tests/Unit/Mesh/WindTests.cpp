@@ -210,9 +210,9 @@ TEST(Wind, KeepsWeightsInRangeWhateverThePlant)
     {
         const Skeleton skeleton = samples::randomTree(seed, 80, samples::Ailments::All);
         const Expected<TreeMesh> mesh = meshTree(skeleton, {}, {.sources = true});
-        const auto isFinite = [](const Vec3& v) { return std::isfinite(v.x + v.y + v.z); };
-        if (!mesh || !std::ranges::all_of(mesh->positions, isFinite))
+        if (!mesh)
             continue;
+        const auto isFinite = [](const Vec3& v) { return std::isfinite(v.x + v.y + v.z); };
         const WindVertices wind = windOf(skeleton, *mesh);
         ASSERT_EQ(wind.vertices.size(), mesh->positions.size());
         for (const WindVertex& vertex : wind.vertices)
