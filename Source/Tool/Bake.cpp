@@ -5,7 +5,6 @@
 #include <Espalier/Core/File.h>
 #include <Espalier/Texture/AppearanceTextures.h>
 #include <algorithm>
-#include <charconv>
 #include <map>
 
 namespace espalier::tool {
@@ -56,17 +55,7 @@ nlohmann::ordered_json toJson(const std::vector<Vec3>& points)
 
 std::pair<std::uint32_t, std::uint32_t> parseLevels(const std::string& text)
 {
-    const auto number = [&](std::string_view digits) {
-        std::uint32_t level = 0;
-        const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), level);
-        if (read.ec != std::errc{} || read.ptr != digits.data() + digits.size() || level > kMostDetailLevel)
-            failUsage("--lod " + text + ": expected a level from 0 to " + std::to_string(kMostDetailLevel) +
-                      ", or a range such as 0..4");
-        return level;
-    };
-    const std::size_t dots = text.find("..");
-    const std::uint32_t first = number(std::string_view(text).substr(0, dots));
-    const std::uint32_t last = dots == std::string::npos ? first : number(std::string_view(text).substr(dots + 2));
+    const auto [first, last] = parseRange("--lod", text, kMostDetailLevel, "level", "0..4");
     if (last < first)
         failUsage("--lod " + text + ": expected the lower level first");
     return {first, last};

@@ -67,6 +67,23 @@ InputKind kindOf(const std::filesystem::path& path)
     failUsage(path.string() + ": expected a file that ends in .archetype, .species or .lsys");
 }
 
+std::pair<std::uint32_t, std::uint32_t> parseRange(const std::string& option, const std::string& text,
+                                                   std::uint32_t most, const std::string& noun,
+                                                   const std::string& example)
+{
+    const auto number = [&](std::string_view digits) {
+        std::uint32_t value = 0;
+        const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
+        if (read.ec != std::errc{} || read.ptr != digits.data() + digits.size() || value > most)
+            failUsage(option + " " + text + ": expected a " + noun + " from 0 to " + std::to_string(most) +
+                      ", or a range such as " + example);
+        return value;
+    };
+    const std::size_t dots = text.find("..");
+    const std::uint32_t first = number(std::string_view(text).substr(0, dots));
+    return {first, dots == std::string::npos ? first : number(std::string_view(text).substr(dots + 2))};
+}
+
 void TemplateFolders::addTo(CLI::App& verb)
 {
     verb.add_option("--templates", folders,

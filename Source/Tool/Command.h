@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 // What the verbs of the command share. One verb a file: each adds itself to the command line and says what it does.
@@ -84,6 +85,12 @@ struct SeedRange
 };
 
 [[nodiscard]] SeedRange parseSeeds(const std::string& text);
+
+/// First and last of `N` or `A..B`, as they are written. Anything but whole numbers up to `most` fails: "OPTION TEXT:
+/// expected a NOUN from 0 to MOST, or a range such as EXAMPLE".
+[[nodiscard]] std::pair<std::uint32_t, std::uint32_t> parseRange(const std::string& option, const std::string& text,
+                                                                 std::uint32_t most, const std::string& noun,
+                                                                 const std::string& example);
 
 /// Options every verb that reads archetypes has.
 struct TemplateFolders

@@ -8,7 +8,6 @@
 #include <Espalier/Render/LineDrawing.h>
 #include <Espalier/Render/Render.h>
 #include <algorithm>
-#include <charconv>
 #include <iomanip>
 #include <iostream>
 #include <memory>
@@ -24,17 +23,7 @@ std::vector<std::optional<std::uint32_t>> parseSteps(const std::optional<std::st
     if (!given)
         return {std::nullopt};
     const std::string& text = *given;
-    const auto number = [&](std::string_view digits) {
-        constexpr std::uint32_t kMost = 1'000'000;
-        std::uint32_t value = 0;
-        const auto read = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-        if (read.ec != std::errc{} || read.ptr != digits.data() + digits.size() || value > kMost)
-            failUsage("-n " + text + ": expected a number from 0 to 1000000, or a range such as 0..7");
-        return value;
-    };
-    const std::size_t dots = text.find("..");
-    const std::uint32_t first = number(std::string_view(text).substr(0, dots));
-    const std::uint32_t last = dots == std::string::npos ? first : number(std::string_view(text).substr(dots + 2));
+    const auto [first, last] = parseRange("-n", text, 1'000'000, "number", "0..7");
     if (last < first || last - first >= 256)
         failUsage("-n " + text + ": expected the lower number first, and at most 256 numbers");
     std::vector<std::optional<std::uint32_t>> steps;

@@ -2,7 +2,9 @@
 
 #include <Espalier/Bake/GltfMaterials.h>
 #include <Espalier/Bake/GltfPayload.h>
+#include <Espalier/Bake/MeshParts.h>
 #include <Espalier/Bake/TinyGltf.h>
+#include <Espalier/Core/Finite.h>
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Core/Utf8.h>
 #include <Espalier/Mesh/TreeMesh.h>
@@ -25,11 +27,6 @@ namespace {
 constexpr std::uint64_t kMaxPayload = (std::uint64_t{1} << 32) - (std::uint64_t{1} << 20);
 constexpr std::size_t kMaxNameBytes = 4096;
 constexpr std::size_t kMaxJoints = 65536;
-
-bool isFinite(const Vec3& v)
-{
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 tl::unexpected<Error> refuse(std::string what, std::string expected = {})
 {
@@ -63,14 +60,7 @@ Expected<void> checkLevel(const BakedLevel& level, std::size_t joints)
         return bad("it is to have joints, and its vertices none, or the other way round");
     if (!std::isfinite(level.error) || level.error < 0)
         return bad("its error is negative or not finite");
-    std::uint64_t covered = 0;
-    for (const MeshPart& part : mesh.parts)
-    {
-        if (part.firstIndex != covered || part.indexCount % 3 != 0)
-            return bad("its parts do not cover its triangles in order");
-        covered += part.indexCount;
-    }
-    if (covered != mesh.indices.size())
+    if (!partsCoverAll(mesh))
         return bad("its parts do not cover its triangles in order");
     return {};
 }

@@ -1,4 +1,5 @@
 #include <Espalier/Bake/GltfPayload.h>
+#include <Espalier/Core/Finite.h>
 
 #include <Espalier/Bake/TinyGltf.h>
 #include <Espalier/Core/Simd.h>
@@ -55,15 +56,6 @@ std::size_t firstBad(std::span<const T> values, const AreAllGood& areAllGood, co
     if (areAllGood(values))
         return kAllGood;
     return static_cast<std::size_t>(std::ranges::find_if_not(values, isGood) - values.begin());
-}
-
-template <class Vector>
-bool isFinite(const Vector& v)
-{
-    for (int i = 0; i < Vector::length(); ++i)
-        if (!std::isfinite(v[i]))
-            return false;
-    return true;
 }
 
 template <class Vector>

@@ -1,4 +1,5 @@
 #include <Espalier/Bake/GltfSkeleton.h>
+#include <Espalier/Core/Finite.h>
 
 #include <Espalier/Core/File.h>
 #include <Espalier/Core/Json.h>
@@ -72,11 +73,6 @@ struct Transform
         return result;
     }
 };
-
-bool isFinite(const DVec3& v)
-{
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
 
 class GltfReader
 {

@@ -1,4 +1,6 @@
+#include <Espalier/Bake/MeshParts.h>
 #include <Espalier/Bake/Obj.h>
+#include <Espalier/Core/Finite.h>
 
 #include <Espalier/Core/File.h>
 #include <Espalier/Core/Hash.h>
@@ -66,12 +68,7 @@ private:
 template <class Vector>
 bool areFinite(const std::vector<Vector>& all)
 {
-    return std::ranges::all_of(all, [](const Vector& v) {
-        for (int i = 0; i < Vector::length(); ++i)
-            if (!std::isfinite(v[i]))
-                return false;
-        return true;
-    });
+    return std::ranges::all_of(all, [](const Vector& v) { return isFinite(v); });
 }
 
 bool isOneLine(std::string_view text)
@@ -96,18 +93,10 @@ Expected<void> check(const TreeMesh& mesh, const Appearance& appearance, const B
         return bad("a number in it is not finite");
     if (*std::ranges::max_element(mesh.indices) >= vertices)
         return bad("an index names no vertex");
-    std::uint64_t covered = 0;
-    for (const MeshPart& part : mesh.parts)
-    {
-        if (part.firstIndex != covered || part.indexCount % 3 != 0)
-            return bad("its parts do not cover its triangles in order");
-        covered += part.indexCount;
-    }
-    if (covered != mesh.indices.size())
+    if (!partsCoverAll(mesh))
         return bad("its parts do not cover its triangles in order");
     for (const MeshPart& part : mesh.parts)
-        if (const Vec3 colour = colourOf(part, appearance);
-            !std::isfinite(colour.x) || !std::isfinite(colour.y) || !std::isfinite(colour.z))
+        if (!isFinite(colourOf(part, appearance)))
             return failure(ErrorKind::BadInput, {}, "a colour is not finite");
     if (!isOneLine(info.speciesName))
         return failure(ErrorKind::BadInput, {}, "the species' name cannot be written",

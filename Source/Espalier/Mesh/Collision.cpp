@@ -1,3 +1,4 @@
+#include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/Collision.h>
 
 #include <Espalier/Core/DeterministicMath.h>
@@ -20,21 +21,14 @@ constexpr std::uint32_t kLongestRun = 256;
 /// A trunk that has too many triangles is cut twice as much, so many times.
 constexpr int kMostCuts = 24;
 
-float clampedTo(float value, float low, float high)
-{
-    return value > low ? std::min(value, high) : low; // NaN becomes the lower bound
-}
-
 CollisionResult check(const Skeleton& skeleton)
 {
     if (!isSound(skeleton))
         return CollisionResult::UnsoundSkeleton;
     const auto limit = static_cast<float>(Limits{}.coordinate);
-    const auto isWithin = [&](const Vec3& v) {
-        return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
-    };
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
-        if (!isWithin(skeleton.starts[i]) || !isWithin(skeleton.ends[i]) || skeleton.startRadii[i] > limit)
+        if (!isWithin(skeleton.starts[i], limit) || !isWithin(skeleton.ends[i], limit) ||
+            skeleton.startRadii[i] > limit)
             return CollisionResult::UnsoundSkeleton;
     return CollisionResult::Ok;
 }

@@ -1,3 +1,4 @@
+#include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/Foliage.h>
 
 #include <Espalier/Core/DeterministicMath.h>
@@ -37,12 +38,6 @@ constexpr std::uint64_t kFewestVertices = 4;
 /// How much of the way out is that of the whole crown, rather than of the clump that a leaf is in.
 constexpr float kWholeCrown = 0.6f;
 
-/// Written so that NaN becomes the lower bound.
-float clamped(float value, float low, float high)
-{
-    return value > low ? std::min(value, high) : low;
-}
-
 /// The unit vector along one whose length is about 1; `otherwise` where most of it cancelled out.
 Vec3 unitOr(const Vec3& v, const Vec3& otherwise)
 {
@@ -57,18 +52,6 @@ Vec3 faceOf(const Vec3& heading, const Vec3& wish, const Vec3& otherwise)
     face -= glm::dot(face, heading) * heading; // what rounding left, where the wish was nearly the heading
     const float square = glm::dot(face, face);
     return square > 1e-6f ? face * (1 / std::sqrt(square)) : sideNormalTo(heading, otherwise);
-}
-
-bool isWithin(const Skeleton& skeleton, float limit)
-{
-    const auto inside = [&](const Vec3& v) {
-        return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
-    };
-    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
-        if (!inside(skeleton.starts[i]) || !inside(skeleton.ends[i]) || skeleton.startRadii[i] > limit ||
-            skeleton.endRadii[i] > limit)
-            return false;
-    return true;
 }
 
 /// True where a run of wood without a gap begins.
@@ -135,11 +118,11 @@ public:
     Placer(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing, const Limits& limits,
            FoliageScratch& scratch)
         : skeleton_(skeleton), kinds_(kinds.first(std::min(kinds.size(), kMaxLeafKinds))), limits_(limits),
-          scratch_(scratch), rounding_{.smoothing = clamped(smoothing, 0, 1),
+          scratch_(scratch), rounding_{.smoothing = clampedTo(smoothing, 0, 1),
                                        .cosMaxTurn = static_cast<float>(math::cos(kMaxTurn))}
     {
         for (const LeafAppearance& kind : kinds_)
-            thickest_ = std::max(thickest_, clamped(kind.thickestWood, 0, 10));
+            thickest_ = std::max(thickest_, clampedTo(kind.thickestWood, 0, 10));
     }
 
     [[nodiscard]] MeshResult place()
@@ -448,7 +431,7 @@ void settle(std::span<const LeafAppearance> kinds, FoliageScratch& scratch, Foli
         const LeafAppearance& kind = kinds[candidate.kind];
         const Vec3 place = scratch.shaders[i].place;
         const FoliageLight::Sample here = scratch.light.at(place);
-        const float stays = clamped(kind.density, 0, 1) * (1 - clamped(kind.shade, 0, 1) * (1 - here.light));
+        const float stays = clampedTo(kind.density, 0, 1) * (1 - clampedTo(kind.shade, 0, 1) * (1 - here.light));
         const bool isKept = candidate.lot < stays;
         candidate.lot = isKept ? 0.f : 1.f;
         counts[candidate.kind] += isKept ? 1 : 0;
@@ -475,25 +458,25 @@ LeafAppearance withinRanges(const LeafAppearance& kind) noexcept
 {
     constexpr auto kPi = static_cast<float>(math::kPi);
     LeafAppearance leaf = kind;
-    leaf.thickestWood = clamped(kind.thickestWood, 0, 10);
-    leaf.spacing = clamped(kind.spacing, 0.001f, 100);
+    leaf.thickestWood = clampedTo(kind.thickestWood, 0, 10);
+    leaf.spacing = clampedTo(kind.spacing, 0.001f, 100);
     leaf.perNode = std::clamp(kind.perNode, 1u, 16u);
-    leaf.density = clamped(kind.density, 0, 1);
-    leaf.shade = clamped(kind.shade, 0, 1);
-    leaf.angle = clamped(kind.angle, 0, kPi);
-    leaf.angleSpread = clamped(kind.angleSpread, 0, kPi);
-    leaf.droop = clamped(kind.droop, 0, 1);
-    leaf.facing = clamped(kind.facing, 0, 1);
-    leaf.length = clamped(kind.length, 0.001f, 20);
-    leaf.lengthSpread = clamped(kind.lengthSpread, 0, 1);
-    leaf.taper = clamped(kind.taper, 0, 1);
-    leaf.width = clamped(kind.width, 0.01f, 4);
-    leaf.stalk = clamped(kind.stalk, 0, 0.9f);
-    leaf.fold = clamped(kind.fold, 0, 1.5f);
-    leaf.arch = clamped(kind.arch, -0.5f, 0.5f);
+    leaf.density = clampedTo(kind.density, 0, 1);
+    leaf.shade = clampedTo(kind.shade, 0, 1);
+    leaf.angle = clampedTo(kind.angle, 0, kPi);
+    leaf.angleSpread = clampedTo(kind.angleSpread, 0, kPi);
+    leaf.droop = clampedTo(kind.droop, 0, 1);
+    leaf.facing = clampedTo(kind.facing, 0, 1);
+    leaf.length = clampedTo(kind.length, 0.001f, 20);
+    leaf.lengthSpread = clampedTo(kind.lengthSpread, 0, 1);
+    leaf.taper = clampedTo(kind.taper, 0, 1);
+    leaf.width = clampedTo(kind.width, 0.01f, 4);
+    leaf.stalk = clampedTo(kind.stalk, 0, 0.9f);
+    leaf.fold = clampedTo(kind.fold, 0, 1.5f);
+    leaf.arch = clampedTo(kind.arch, -0.5f, 0.5f);
     leaf.leaves = std::clamp(kind.leaves, 1u, 64u);
-    leaf.colourSpread = clamped(kind.colourSpread, 0, 1);
-    leaf.crownNormals = clamped(kind.crownNormals, 0, 1);
+    leaf.colourSpread = clampedTo(kind.colourSpread, 0, 1);
+    leaf.crownNormals = clampedTo(kind.crownNormals, 0, 1);
     return leaf;
 }
 
@@ -514,7 +497,7 @@ MeshResult placeLeaves(const Skeleton& skeleton, std::span<const LeafAppearance>
     foliage.clear();
     if (kinds.empty() || skeleton.empty())
         return MeshResult::EmptySkeleton;
-    if (!isSound(skeleton) || !isWithin(skeleton, static_cast<float>(limits.coordinate)))
+    if (!isSound(skeleton) || !isWoodWithin(skeleton, static_cast<float>(limits.coordinate)))
         return MeshResult::UnsoundSkeleton;
     const MeshResult result = Placer(skeleton, kinds, smoothing, limits, scratch).place();
     if (result != MeshResult::Ok)

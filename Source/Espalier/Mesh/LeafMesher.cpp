@@ -1,3 +1,4 @@
+#include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/LeafMesher.h>
 
 #include <Espalier/Core/DeterministicMath.h>
@@ -29,16 +30,10 @@ constexpr float kGrown = 2;
 /// A margin round what is drawn, in half widths of the surface: textures are filtered.
 constexpr float kMargin = 0.04f;
 
-/// Written so that NaN becomes the lower bound.
-float clamped(float value, float low, float high)
-{
-    return value > low ? std::min(value, high) : low;
-}
-
 LeafSettings clamped(LeafSettings settings)
 {
-    settings.bend = clamped(settings.bend, 0, 1e9f);
-    settings.error = clamped(settings.error, 0, 1e9f);
+    settings.bend = clampedTo(settings.bend, 0, 1e9f);
+    settings.error = clampedTo(settings.error, 0, 1e9f);
     return settings;
 }
 
@@ -265,7 +260,7 @@ void layBall(const LeafAppearance& kind, float bend, float longest, LeafPattern&
     const float sides =
         std::ceil(static_cast<float>(math::kPi) * std::sqrt(radius * longest / (2 * std::max(bend, 1e-6f))));
     BallPattern ball;
-    ball.sides = 2 * static_cast<std::uint32_t>(clamped(std::ceil(sides / 2), 2, 6));
+    ball.sides = 2 * static_cast<std::uint32_t>(clampedTo(std::ceil(sides / 2), 2, 6));
     ball.stacks = ball.sides / 2;
     pattern.vertices.clear();
     pattern.indices.clear();
@@ -306,7 +301,7 @@ class Thinned
 public:
     Thinned(const LeafAppearance& kind, float error)
     {
-        const float width = kind.form == LeafForm::Ball ? 1 : clamped(kind.width, 0.01f, 4);
+        const float width = kind.form == LeafForm::Ball ? 1 : clampedTo(kind.width, 0.01f, 4);
         scale_ = error > 0 ? width / (kGrown * kGrown * error * error) : std::numeric_limits<float>::infinity();
     }
 

@@ -1,6 +1,7 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Mesh/AxisCurve.h>
 #include <Espalier/Mesh/BallPattern.h>
+#include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/PartCursors.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/ShapeMesher.h>
@@ -42,20 +43,16 @@ constexpr std::uint32_t kLeafIndices = 2 * 3 * (2 + 2 * (kInnerStations - 1));
 
 ShapeSettings clamped(ShapeSettings settings)
 {
-    // Written so that NaN becomes the lower bound.
-    const auto clamp = [](float value, float low, float high) { return value > low ? std::min(value, high) : low; };
     settings.sphereSides = std::clamp<std::uint16_t>(settings.sphereSides, 4, 64);
-    settings.leafWidth = clamp(settings.leafWidth, 0.01f, 4);
-    settings.leafFold = clamp(settings.leafFold, 0, 1.5f);
-    settings.leafArch = clamp(settings.leafArch, -0.5f, 0.5f);
+    settings.leafWidth = clampedTo(settings.leafWidth, 0.01f, 4);
+    settings.leafFold = clampedTo(settings.leafFold, 0, 1.5f);
+    settings.leafArch = clampedTo(settings.leafArch, -0.5f, 0.5f);
     return settings;
 }
 
-bool isWithin(const Skeleton& skeleton, float limit)
+bool areShapesWithin(const Skeleton& skeleton, float limit)
 {
-    const auto inside = [&](const Vec3& v) {
-        return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
-    };
+    const auto inside = [&](const Vec3& v) { return isWithin(v, limit); };
     return std::ranges::all_of(skeleton.corners, inside) &&
            std::ranges::all_of(skeleton.spheres,
                                [&](const SkeletonSphere& s) { return inside(s.centre) && s.radius <= limit; }) &&
@@ -331,7 +328,7 @@ private:
 MeshResult meshShapes(const Skeleton& skeleton, const Appearance& appearance, const ShapeSettings& settings,
                       const Limits& limits, ShapeScratch& scratch, TreeMesh& mesh)
 {
-    if (!isSound(skeleton) || !isWithin(skeleton, static_cast<float>(limits.coordinate)))
+    if (!isSound(skeleton) || !areShapesWithin(skeleton, static_cast<float>(limits.coordinate)))
         return MeshResult::UnsoundSkeleton;
     const ShapeSettings kept = clamped(settings);
     // What turns out to have no area counts too: a limit must hold before anything is looked at.

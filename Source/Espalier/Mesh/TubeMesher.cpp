@@ -1,4 +1,5 @@
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/PartCursors.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeCollar.h>
@@ -17,20 +18,6 @@
 
 namespace espalier {
 namespace {
-
-bool isWithin(const Skeleton& skeleton, float limit)
-{
-    const auto inside = [&](const Vec3& v) {
-        return std::abs(v.x) <= limit && std::abs(v.y) <= limit && std::abs(v.z) <= limit;
-    };
-    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
-    {
-        if (!inside(skeleton.starts[i]) || !inside(skeleton.ends[i]) || skeleton.startRadii[i] > limit ||
-            skeleton.endRadii[i] > limit)
-            return false;
-    }
-    return true;
-}
 
 std::uint64_t vertexCountOf(const Tube& tube, const SheetPlan& sheets)
 {
@@ -457,7 +444,7 @@ private:
 MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
                      const Limits& limits, TubeScratch& scratch, TreeMesh& mesh)
 {
-    if (!isSound(skeleton) || !isWithin(skeleton, static_cast<float>(limits.coordinate)))
+    if (!isSound(skeleton) || !isWoodWithin(skeleton, static_cast<float>(limits.coordinate)))
         return MeshResult::UnsoundSkeleton;
 
     const TubeSettings kept = clamped(settings);

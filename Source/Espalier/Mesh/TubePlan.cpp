@@ -1,4 +1,5 @@
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeCollar.h>
 #include <Espalier/Mesh/TubePlan.h>
@@ -446,18 +447,16 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
 
 TubeSettings clamped(TubeSettings settings) noexcept
 {
-    // Written so that NaN becomes the lower bound.
-    const auto clamp = [](float value, float low, float high) { return value > low ? std::min(value, high) : low; };
     settings.colours = std::clamp<std::uint16_t>(settings.colours, 1, kMaxPalette);
     settings.maxSides = std::clamp<std::uint16_t>(settings.maxSides, 3, 256);
     settings.minSides = std::clamp<std::uint16_t>(settings.minSides, 3, settings.maxSides);
-    settings.chordError = clamp(settings.chordError, 1e-9f, 1e9f);
-    settings.smoothing = clamp(settings.smoothing, 0, 1);
-    settings.maxRingAngle = clamp(settings.maxRingAngle, 1e-3f, static_cast<float>(math::kPi));
-    settings.collarFlare = clamp(settings.collarFlare, 0, 4);
-    settings.collarLength = clamp(settings.collarLength, 0, 20);
-    settings.rootFlare = clamp(settings.rootFlare, 0, 4);
-    settings.rootFlareLength = clamp(settings.rootFlareLength, 0, 20);
+    settings.chordError = clampedTo(settings.chordError, 1e-9f, 1e9f);
+    settings.smoothing = clampedTo(settings.smoothing, 0, 1);
+    settings.maxRingAngle = clampedTo(settings.maxRingAngle, 1e-3f, static_cast<float>(math::kPi));
+    settings.collarFlare = clampedTo(settings.collarFlare, 0, 4);
+    settings.collarLength = clampedTo(settings.collarLength, 0, 20);
+    settings.rootFlare = clampedTo(settings.rootFlare, 0, 4);
+    settings.rootFlareLength = clampedTo(settings.rootFlareLength, 0, 20);
     return settings;
 }
 

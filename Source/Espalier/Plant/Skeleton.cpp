@@ -1,3 +1,4 @@
+#include <Espalier/Core/Finite.h>
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Plant/Skeleton.h>
 #include <algorithm>
@@ -58,11 +59,6 @@ void hashShapes(Hash64& hash, const Skeleton& skeleton)
     }
 }
 
-bool isFinite(const Vec3& v)
-{
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
-}
-
 bool isMeasure(float metres)
 {
     return std::isfinite(metres) && metres >= 0;
@@ -97,7 +93,7 @@ bool shapesAreSound(const Skeleton& s)
     const auto isCorner = [&](const SkeletonPolygon& p) {
         return p.firstCorner <= s.corners.size() && p.cornerCount <= s.corners.size() - p.firstCorner;
     };
-    return std::ranges::all_of(s.corners, isFinite) &&
+    return std::ranges::all_of(s.corners, isFinite<Vec3>) &&
            std::ranges::all_of(
                s.polygons,
                [&](const SkeletonPolygon& p) { return isCorner(p) && p.cornerCount >= 3 && isSegment(p.segment); }) &&

@@ -280,10 +280,11 @@ PreviewScene::Surface PreviewScene::surfaceAt(unsigned triangle, float u, float 
     const Vec3 n2 = mesh_.normals[corner[2]];
     const Paint& paint = paintOf(triangle);
     faceNormal = glm::normalize(faceNormal);
-    const Facet facet = facetAt(triangle, {u, v});
+    Facet facet = facetAt(triangle, {u, v});
     const Vec3 at = facet.at;
     const float length = glm::length(facet.normal);
-    const Vec3 normal = length > 0 ? facet.normal / length : faceNormal;
+    facet.normal = length > 0 ? facet.normal / length : faceNormal;
+    const Vec3 normal = facet.normal;
 
     Surface surface;
     const bool isThin = paint.finish == Finish::TwoSided || paint.finish == Finish::Leaf;
@@ -384,9 +385,7 @@ void PreviewScene::paintWood(const Paint& paint, const Facet& facet, Surface& su
     }
     else
     {
-        Facet smooth = facet;
-        smooth.normal = surface.normal;
-        surface.normal = smooth.bent(paint.material->normal(facet.uv));
+        surface.normal = facet.bent(paint.material->normal(facet.uv));
     }
     // Patches of weather and lichen, larger than any repeat of the texture, hide that it repeats.
     const Vec3 at = facet.at;
@@ -400,9 +399,7 @@ void PreviewScene::paintLeaf(const Paint& paint, const Facet& facet, Surface& su
     if (paint.material)
     {
         colour = paint.material->colour(facet.uv) * facet.tint;
-        Facet smooth = facet;
-        smooth.normal = surface.normal;
-        surface.normal = smooth.bent(paint.material->normal(facet.uv));
+        surface.normal = facet.bent(paint.material->normal(facet.uv));
     }
     else
     {

@@ -1,3 +1,4 @@
+#include <Espalier/Core/Finite.h>
 #include <Espalier/Render/Render.h>
 
 #include <Espalier/Core/DeterministicMath.h>
@@ -36,20 +37,10 @@ struct Shot
     float nearest = 0; ///< Metres from the camera; nearer things are looked through.
 };
 
-bool isFinite(Vec2 v)
-{
-    return std::isfinite(v.x) && std::isfinite(v.y);
-}
-
 bool isPlace(Vec3 v)
 {
     const auto near = [](float c) { return std::abs(c) <= kCoordinateLimit; };
     return near(v.x) && near(v.y) && near(v.z);
-}
-
-bool isFinite(Vec3 v)
-{
-    return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
 }
 
 Expected<void> checkRange(const char* name, double value, double low, double high)
@@ -144,18 +135,16 @@ double groundUnder(const TreeMesh& mesh)
     return static_cast<double>(below) > kMuch * static_cast<double>(mesh.indices.size()) ? lowest : 0.0;
 }
 
-/// What a picture is to show.
-std::vector<Vec3> framedPoints(const TreeMesh& mesh, const RenderSettings& settings)
+/// The ends of the axes of the ball in focus.
+std::array<Vec3, 6> pointsInFocus(const RenderSettings& settings)
 {
-    if (!(settings.focusRadius > 0))
-        return mesh.positions;
-    std::vector<Vec3> points; // the ends of the axes of the ball in focus
+    std::array<Vec3, 6> points;
+    points.fill(settings.focus);
     for (int axis = 0; axis < 3; ++axis)
-        for (const float side : {-1.f, 1.f})
-        {
-            points.push_back(settings.focus);
-            points.back()[axis] += side * settings.focusRadius;
-        }
+    {
+        points[static_cast<std::size_t>(2 * axis)][axis] -= settings.focusRadius;
+        points[static_cast<std::size_t>(2 * axis + 1)][axis] += settings.focusRadius;
+    }
     return points;
 }
 
@@ -177,6 +166,8 @@ void frameShots(std::span<Shot> shots, const RenderSettings& settings)
     double elevation = static_cast<double>(settings.cameraElevation);
     const bool onPaper = settings.backdrop == Backdrop::Paper;
     const FrameMargins& margins = onPaper ? kPaperMargins : kMeadowMargins;
+    const bool isCloseUp = settings.focusRadius > 0;
+    const std::array<Vec3, 6> inFocus = pointsInFocus(settings);
     for (int lift = 0;; ++lift)
     {
         FrameBounds all;
@@ -184,7 +175,9 @@ void frameShots(std::span<Shot> shots, const RenderSettings& settings)
         {
             lens.axes = viewAxes(static_cast<double>(settings.cameraAzimuth) - shot.turn, elevation);
             shot.camera = lens;
-            shot.bounds = frameBounds(framedPoints(*shot.subject->mesh, settings), {0, shot.ground, 0}, lens, margins);
+            const std::span<const Vec3> shown =
+                isCloseUp ? std::span<const Vec3>(inFocus) : shot.subject->mesh->positions;
+            shot.bounds = frameBounds(shown, {0, shot.ground, 0}, lens, margins);
             all = together(all, shot.bounds);
         }
         double missing = 0;
@@ -197,9 +190,9 @@ void frameShots(std::span<Shot> shots, const RenderSettings& settings)
             const DVec3 fromBase = x * axes.right + stand.y * axes.up - distance * axes.forward;
             shot.camera.position = DVec3(0, shot.ground, 0) + fromBase;
             // Before a close-up things are looked through, the ground among them.
-            if (!(settings.focusRadius > 0))
+            if (!isCloseUp)
                 missing = std::max(missing, kEyeShare - fromBase.y / distance);
-            shot.nearest = settings.focusRadius > 0 ? nearestShown(shot, settings) : 0;
+            shot.nearest = isCloseUp ? nearestShown(shot, settings) : 0;
         }
         if (missing <= 0 || onPaper || lift == kMaxLifts)
             return;

@@ -680,7 +680,7 @@ TEST(TreeMesher, NumbersLeavesAfterWhatTheSkeletonDraws)
 TEST(TreeMesher, AllocatesNothingForLeavesOnceWarm)
 {
     if (!ESPALIER_COUNTS_ALLOCATIONS)
-        GTEST_SKIP();
+        GTEST_SKIP() << "under sanitizers allocations are not counted";
     const Skeleton oak = drawn("Oak");
     const Appearance appearance = inLeaf({LeafAppearance{}, LeafAppearance{.form = LeafForm::Ball}});
     MeshScratch scratch;
