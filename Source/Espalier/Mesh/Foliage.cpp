@@ -472,8 +472,9 @@ LeafAppearance withinRanges(const LeafAppearance& kind) noexcept
     leaf.taper = clampedTo(kind.taper, 0, 1);
     leaf.width = clampedTo(kind.width, 0.01f, 4);
     leaf.stalk = clampedTo(kind.stalk, 0, 0.9f);
-    leaf.fold = clampedTo(kind.fold, 0, 1.5f);
-    leaf.arch = clampedTo(kind.arch, -0.5f, 0.5f);
+    // Beyond these a blade would be a closed tube or a hook.
+    leaf.fold = clampedTo(kind.fold, 0, 1.2f);
+    leaf.arch = clampedTo(kind.arch, -0.4f, 0.4f);
     leaf.leaves = std::clamp(kind.leaves, 1u, 64u);
     leaf.colourSpread = clampedTo(kind.colourSpread, 0, 1);
     leaf.crownNormals = clampedTo(kind.crownNormals, 0, 1);

@@ -20,10 +20,6 @@ namespace {
 /// However far a normal is bent outwards, it keeps this share of how much it agrees with the triangles round it.
 constexpr float kAgreement = 0.25f;
 
-/// Beyond these a blade would be a closed tube or a hook.
-constexpr float kMostFold = 1.2f;
-constexpr float kMostArch = 0.4f;
-
 /// Where leaves are thinned, those that stay grow to so many errors.
 constexpr float kGrown = 2;
 
@@ -172,9 +168,8 @@ constexpr Vec3 kUp{0, 0, 1};
 
 void layBlade(const LeafAppearance& kind, const Hexagon& hexagon, float bend, float longest, LeafPattern& pattern)
 {
-    const float fold = std::min(kind.fold, kMostFold);
-    const float arch = std::clamp(kind.arch, -kMostArch, kMostArch);
-    const math::SinCos rise = math::sinCos(static_cast<double>(fold));
+    const float arch = kind.arch;
+    const math::SinCos rise = math::sinCos(static_cast<double>(kind.fold));
     const float halfWidth = 0.5f * kind.width;
     const bool isFolded = static_cast<float>(rise.sin) * halfWidth * longest > bend;
     const bool isArched = std::abs(arch) * longest > bend;

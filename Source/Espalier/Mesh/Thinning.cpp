@@ -157,39 +157,29 @@ private:
 
     void keepShapes()
     {
-        std::uint32_t number = 0; // as meshShapes counts
-        for (SkeletonPolygon polygon : full_.polygons)
+        keep(full_.polygons, thinned_.polygons, [&](SkeletonPolygon& polygon, float larger) {
+            const Vec3 foot = full_.corners[polygon.firstCorner];
+            const std::uint32_t end = polygon.firstCorner + polygon.cornerCount;
+            const auto firstCorner = static_cast<std::uint32_t>(thinned_.corners.size());
+            for (std::uint32_t i = polygon.firstCorner; i < end; ++i)
+                thinned_.corners.push_back(foot + larger * (full_.corners[i] - foot));
+            polygon.firstCorner = firstCorner;
+        });
+        keep(full_.spheres, thinned_.spheres, [](SkeletonSphere& sphere, float larger) { sphere.radius *= larger; });
+        keep(full_.organs, thinned_.organs, [](SkeletonOrgan& organ, float larger) { organ.size *= larger; });
+    }
+
+    /// Those of `all` that stay, each made larger by `enlarge(shape, factor)`.
+    template <class Shape, class Enlarge>
+    void keep(const std::vector<Shape>& all, std::vector<Shape>& kept, const Enlarge& enlarge)
+    {
+        for (Shape shape : all)
         {
-            const std::uint32_t organ = number++;
-            if (const float larger = growth(polygon.segment); larger > 0)
+            const std::uint32_t organ = organ_++;
+            if (const float larger = growth(shape.segment); larger > 0)
             {
-                const Vec3 foot = full_.corners[polygon.firstCorner];
-                const std::uint32_t end = polygon.firstCorner + polygon.cornerCount;
-                const auto firstCorner = static_cast<std::uint32_t>(thinned_.corners.size());
-                for (std::uint32_t i = polygon.firstCorner; i < end; ++i)
-                    thinned_.corners.push_back(foot + larger * (full_.corners[i] - foot));
-                polygon.firstCorner = firstCorner;
-                thinned_.polygons.push_back(polygon);
-                scratch_.organOf.push_back(organ);
-            }
-        }
-        for (SkeletonSphere sphere : full_.spheres)
-        {
-            const std::uint32_t organ = number++;
-            if (const float larger = growth(sphere.segment); larger > 0)
-            {
-                sphere.radius *= larger;
-                thinned_.spheres.push_back(sphere);
-                scratch_.organOf.push_back(organ);
-            }
-        }
-        for (SkeletonOrgan place : full_.organs)
-        {
-            const std::uint32_t organ = number++;
-            if (const float larger = growth(place.segment); larger > 0)
-            {
-                place.size *= larger;
-                thinned_.organs.push_back(place);
+                enlarge(shape, larger);
+                kept.push_back(shape);
                 scratch_.organOf.push_back(organ);
             }
         }
@@ -197,6 +187,7 @@ private:
 
     const Skeleton& full_;
     const float error_;
+    std::uint32_t organ_ = 0; ///< Of the next shape, as meshShapes counts.
     ThinningScratch& scratch_;
     Skeleton& thinned_;
 };

@@ -2,6 +2,7 @@
 #include <Espalier/Core/Random.h>
 #include <Espalier/Mesh/Collision.h>
 #include <Espalier/Plant/Axes.h>
+#include <Mesh/HullCheck.h>
 #include <Plant/SampleSkeletons.h>
 #include <algorithm>
 #include <array>
@@ -233,27 +234,16 @@ TEST(Collision, PutsAHullRoundTheCrown)
         CollisionScratch scratch;
         if (name == kDrawn[0])
             continue; // flat
+        std::vector<Vec3> crown;
+        for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+            if (skeleton.orders[i] > 0)
+                crown.push_back(skeleton.ends[i]);
         for (const std::uint32_t most : {8u, 24u, 64u, 100000u})
         {
             ConvexHull hull;
             ASSERT_EQ(crownHull(skeleton, most, scratch, hull), CollisionResult::Ok) << name;
             EXPECT_LE(hull.vertices.size(), most);
-            double farthest = 0;
-            for (std::size_t t = 0; t < hull.indices.size(); t += 3)
-            {
-                const DVec3 a(hull.vertices[hull.indices[t]]);
-                const DVec3 b(hull.vertices[hull.indices[t + 1]]);
-                const DVec3 c(hull.vertices[hull.indices[t + 2]]);
-                const DVec3 normal = glm::cross(b - a, c - a);
-                const double length = glm::length(normal);
-                const double longest = std::max({glm::length(b - a), glm::length(c - b), glm::length(a - c)});
-                if (!(length > 0.05 * longest * longest))
-                    continue; // a sliver
-                for (std::uint32_t i = 0; i < skeleton.size(); ++i)
-                    if (skeleton.orders[i] > 0)
-                        farthest = std::max(farthest, glm::dot(normal, DVec3(skeleton.ends[i]) - a) / length);
-            }
-            EXPECT_LE(farthest, 3 * static_cast<double>(hull.tolerance)) << name << ", " << most;
+            EXPECT_LE(farthestOutside(hull, crown), 3 * static_cast<double>(hull.tolerance)) << name << ", " << most;
             RecordProperty(std::string(name) + std::to_string(most),
                            std::to_string(hull.vertices.size()) + " " + std::to_string(hull.overreach));
         }
