@@ -3,8 +3,10 @@
 #include "Input.h"
 
 #include <Espalier/Core/File.h>
+#include <Espalier/Render/ImpostorAtlas.h>
 #include <Espalier/Texture/AppearanceTextures.h>
 #include <algorithm>
+#include <array>
 #include <map>
 
 namespace espalier::tool {
@@ -19,6 +21,9 @@ const std::map<std::string, std::optional<WindPreset>> kWinds{{"none", std::null
                                                               {"crytek", WindPreset::Crytek},
                                                               {"bones", WindPreset::Bones}};
 
+const std::map<std::string, std::optional<ImpostorKind>> kImpostors{
+    {"none", std::nullopt}, {"cards", ImpostorKind::Cards}, {"octahedral", ImpostorKind::Octahedral}};
+
 /// oak-7.glb of level 2: oak-7-lod2.glb.
 std::filesystem::path levelPath(const std::filesystem::path& path, std::uint32_t lod, bool isRange)
 {
@@ -27,14 +32,22 @@ std::filesystem::path levelPath(const std::filesystem::path& path, std::uint32_t
     return path.parent_path() / (path.stem().string() + "-lod" + std::to_string(lod) + path.extension().string());
 }
 
+/// oak-7.glb: oak-7-impostor.glb, or with another ending.
+std::filesystem::path impostorPath(const std::filesystem::path& path, const std::string& ending)
+{
+    return path.parent_path() / (path.stem().string() + "-impostor" + ending);
+}
+
+EncodedImages encode(const MaterialTextures& material)
+{
+    return {encodePng(material.colour), encodePng(material.normal), encodePng(material.roughness)};
+}
+
 std::vector<EncodedImages> encode(const AppearanceTextures& textures)
 {
-    const auto encoded = [](const MaterialTextures& material) {
-        return EncodedImages{encodePng(material.colour), encodePng(material.normal), encodePng(material.roughness)};
-    };
-    std::vector<EncodedImages> images{encoded(textures.bark)};
+    std::vector<EncodedImages> images{encode(textures.bark)};
     for (const MaterialTextures& leaf : textures.leaves)
-        images.push_back(encoded(leaf));
+        images.push_back(encode(leaf));
     return images;
 }
 
@@ -102,6 +115,15 @@ void BakeChoices::addTo(CLI::App& verb)
     verb.add_flag("--differences", differences,
                   "Tell of each level what it covers and how far its outline is off, beside the full plant from eight "
                   "sides, in pixels of its error; takes some seconds a level");
+    verb.add_option("--impostor", impostor,
+                    "Pictures that stand for the plant from afar: cards: four that cross, in out-impostor.glb (with "
+                    "--together the last level); octahedral: all sides in an atlas for a shader, out-impostor.json "
+                    "(Source/Espalier/Mesh/IMPOSTOR.md)")
+        ->check(CLI::IsMember(names(kImpostors)))
+        ->capture_default_str();
+    verb.add_option("--atlas", atlas, "Texels along each side of the impostor's pictures")
+        ->check(CLI::Range(64u, 4096u))
+        ->capture_default_str();
     verb.add_flag("--collision", collision,
                   "Write collision shapes of each plant too, out.collision.json: capsules, convex hull of the crown, "
                   "coarse mesh");
@@ -110,7 +132,7 @@ void BakeChoices::addTo(CLI::App& verb)
 bool BakeChoices::writesSeveral() const
 {
     const auto [first, last] = parseLevels(levels);
-    return (first != last && !together) || collision;
+    return (first != last && !together) || collision || (impostor != "none" && !(together && impostor == "cards"));
 }
 
 PlantBaker::PlantBaker(const BakeChoices& choices, const Appearance& appearance, std::string path)
@@ -161,7 +183,8 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
     const auto [first, last] = parseLevels(choices_.levels);
     const bool isRange = first != last;
     const bool isObj = output.extension() == ".obj";
-    if (choices_.differences)
+    const std::optional<ImpostorKind> impostor = kImpostors.at(choices_.impostor);
+    if (choices_.differences || impostor)
     {
         full_.clear();
         (void)isMeshedOrFail(meshDetailLevel(skeleton, appearance_, 0, {}, Limits{}, scratch_, full_).result, label,
@@ -170,7 +193,9 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
     if (preset_)
         info.wind = windResponse(skeleton, appearance_.wind);
     std::vector<Level> levels;
+    float coarsest = 0;
     nlohmann::ordered_json made = nlohmann::ordered_json::array();
+    nlohmann::ordered_json others = nlohmann::ordered_json::array();
     for (std::uint32_t lod = first; lod <= last; ++lod)
     {
         Level level;
@@ -187,6 +212,7 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
             addDifferences(level, facts);
         made.push_back(std::move(facts));
         levels.push_back(std::move(level));
+        coarsest = levels.back().error;
         if (choices_.together)
             continue;
         if (isObj)
@@ -197,6 +223,25 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
         else
             writeGlbOf(levels, lod, info, path);
         levels.clear();
+    }
+    if (impostor)
+    {
+        paintImpostorOf(label, *impostor);
+        if (*impostor == ImpostorKind::Octahedral)
+            others.push_back(writeFrames(label, output));
+        else
+        {
+            nlohmann::ordered_json facts{{"file", impostorPath(output, ".glb").string()}};
+            facts.update(addCards(coarsest, levels));
+            if (choices_.together)
+                made.push_back(std::move(facts));
+            else
+            {
+                writeGlbOf(levels, last + 1, info, impostorPath(output, ".glb"));
+                others.push_back(std::move(facts));
+                levels.clear();
+            }
+        }
     }
     if (choices_.together)
     {
@@ -211,10 +256,92 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
         file["levels"] = std::move(made);
         made = nlohmann::ordered_json::array({std::move(file)});
     }
+    made.insert(made.end(), others.begin(), others.end());
     if (choices_.collision)
         made.push_back(
             writeCollision(skeleton, label, std::filesystem::path(output).replace_extension(".collision.json")));
     return made;
+}
+
+/// Paints the full plant.
+void PlantBaker::paintImpostorOf(const std::string& label, ImpostorKind kind)
+{
+    impostor_ = makeImpostor(full_, kind);
+    atlas_ =
+        orFail(paintImpostor({&full_, &appearance_, label}, impostor_, {.size = choices_.atlas}, terminalProgress()));
+}
+
+/// What it covers and how bright it is beside the plant: the least and the most of eight sides.
+void PlantBaker::addImpostorDifferences(nlohmann::ordered_json& facts) const
+{
+    const auto views = orFail(compareImpostor({&full_, &appearance_, {}}, impostor_, atlas_));
+    std::array<float, 2> coverage{views[0].coverage, views[0].coverage};
+    std::array<float, 2> colour{views[0].colour.x, views[0].colour.x};
+    const auto widen = [](std::array<float, 2>& range, float value) {
+        range = {std::min(range[0], value), std::max(range[1], value)};
+    };
+    for (const ImpostorDifference& view : views)
+    {
+        widen(coverage, view.coverage);
+        for (int c = 0; c < 3; ++c)
+            widen(colour, view.colour[c]);
+    }
+    facts["coverages"] = coverage;
+    facts["colours"] = colour;
+}
+
+/// Facts of the cards, which become one more level.
+nlohmann::ordered_json PlantBaker::addCards(float coarsest, std::vector<Level>& levels) const
+{
+    Level level;
+    meshCards(impostor_, level.mesh);
+    level.error = std::max(impostorError(impostor_, atlas_.colour.width), coarsest);
+    if (preset_ == WindPreset::Bones && !levels.empty())
+    {
+        // They stand as stiff as the trunk's foot.
+        level.skin.joints = levels[0].skin.joints;
+        level.skin.influences.assign(level.mesh.positions.size(), {.weights = {255, 0, 0, 0}});
+    }
+    nlohmann::ordered_json facts{{"vertices", level.mesh.positions.size()},
+                                 {"triangles", level.mesh.indices.size() / 3},
+                                 {"texels", atlas_.colour.width},
+                                 {"error", level.error}};
+    if (choices_.differences)
+        addImpostorDifferences(facts);
+    levels.push_back(std::move(level));
+    return facts;
+}
+
+/// The atlas of an octahedral impostor and what a shader needs to know of it.
+nlohmann::ordered_json PlantBaker::writeFrames(const std::string& label, const std::filesystem::path& output) const
+{
+    const std::filesystem::path path = impostorPath(output, ".json");
+    const std::filesystem::path colour = impostorPath(output, "-colour.png");
+    const std::filesystem::path normal = impostorPath(output, "-normal.png");
+    const std::filesystem::path roughness = impostorPath(output, "-roughness.png");
+    const float error = impostorError(impostor_, atlas_.colour.width);
+    const nlohmann::ordered_json document{{"espalier", "impostor"},
+                                          {"version", 1},
+                                          {"plant", label},
+                                          {"side", impostor_.side},
+                                          {"centre", toJson(impostor_.centre)},
+                                          {"radius", impostor_.radius},
+                                          {"halfExtent", impostor_.frames[0].halfExtent.x},
+                                          {"error", error},
+                                          {"colour", colour.filename().string()},
+                                          {"normal", normal.filename().string()},
+                                          {"roughness", roughness.filename().string()}};
+    orFail(writeFileAtomically(colour, encodePng(atlas_.colour)));
+    orFail(writeFileAtomically(normal, encodePng(atlas_.normal)));
+    orFail(writeFileAtomically(roughness, encodePng(atlas_.roughness)));
+    orFail(writeFileAtomically(path, document.dump(1) + "\n"));
+    nlohmann::ordered_json facts{{"file", path.string()},
+                                 {"frames", impostor_.frames.size()},
+                                 {"texels", atlas_.colour.width},
+                                 {"error", error}};
+    if (choices_.differences)
+        addImpostorDifferences(facts);
+    return facts;
 }
 
 void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
@@ -235,8 +362,18 @@ void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLo
                          .furtherUvs = uvs[i],
                          .influences = level.skin.influences});
     }
+    const bool hasCards = levels.back().mesh.parts[0].material == MeshMaterial::Cards;
+    std::vector<EncodedImages> withCards;
+    if (hasCards) // whose images follow those of all leaves
+    {
+        if (levels.size() > 1)
+            withCards = images_;
+        withCards.resize(1 + appearance_.leaves.size());
+        withCards.push_back(encode(atlas_));
+    }
+    const std::span<const EncodedImages> images = hasCards ? withCards : images_;
     const BakeOptions options{.encoding = kProfiles.at(choices_.profile), .translucentLeaves = choices_.translucent};
-    orFail(writeGlb(path, {.levels = baked, .images = images_, .joints = levels[0].skin.joints}, appearance_, info,
+    orFail(writeGlb(path, {.levels = baked, .images = images, .joints = levels[0].skin.joints}, appearance_, info,
                     options));
 }
 

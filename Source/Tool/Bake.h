@@ -6,9 +6,11 @@
 #include <Espalier/Bake/Obj.h>
 #include <Espalier/Mesh/Collision.h>
 #include <Espalier/Mesh/DetailLevel.h>
+#include <Espalier/Mesh/Impostor.h>
 #include <Espalier/Mesh/Silhouette.h>
 #include <Espalier/Mesh/Wind.h>
 #include <Espalier/Mesh/WindPresets.h>
+#include <Espalier/Texture/MaterialTextures.h>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -31,6 +33,8 @@ struct BakeChoices
     std::string branches = "embed"; ///< How they join.
     bool collision = false;
     bool differences = false; ///< Tell how levels look beside the full plant.
+    std::string impostor = "none";
+    std::uint32_t atlas = 1024; ///< Texels of the impostor's.
 
     void addTo(CLI::App& verb);
     /// Whether a plant becomes several files.
@@ -64,6 +68,10 @@ private:
     bool makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level);
     void addWind(const Skeleton& skeleton, Level& level);
     void addDifferences(const Level& level, nlohmann::ordered_json& facts);
+    void addImpostorDifferences(nlohmann::ordered_json& facts) const;
+    void paintImpostorOf(const std::string& label, ImpostorKind kind);
+    nlohmann::ordered_json addCards(float coarsest, std::vector<Level>& levels) const;
+    nlohmann::ordered_json writeFrames(const std::string& label, const std::filesystem::path& path) const;
     void writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
                     const std::filesystem::path& path) const;
     void writeTextures(const std::filesystem::path& folder);
@@ -77,7 +85,9 @@ private:
     std::vector<EncodedImages> images_;
     std::vector<MaterialImages> imageFiles_; ///< Of OBJ: written with the first plant, and used by all.
     DetailScratch scratch_;
-    TreeMesh full_; ///< The plant at level 0, where levels are compared with it.
+    TreeMesh full_; ///< The plant at level 0, where something is compared with it or painted from it.
+    Impostor impostor_;
+    MaterialTextures atlas_; ///< Of the impostor.
     SilhouetteScratch silhouettes_;
     WindScratch windScratch_;
     CollisionScratch collisionScratch_;

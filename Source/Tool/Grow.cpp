@@ -34,16 +34,17 @@ bool wantsSkeletons(const GrowCommand& command)
         failUsage("grow: " + command.output +
                   ": expected an output that ends in .glb or .obj, or .swc for the skeleton");
     const BakeChoices& bake = command.bake;
-    const bool isPlain = !bake.together && !bake.translucent && bake.profile == "portable" && bake.wind == "none";
+    const bool isPlain = !bake.together && !bake.translucent && bake.profile == "portable" && bake.wind == "none" &&
+                         bake.impostor == "none";
     if (ending == ".obj" && !isPlain)
-        failUsage(
-            "grow: " + command.output +
-            ": OBJ knows no --together, --translucent, --profile or --wind; expected an output that ends in .glb");
+        failUsage("grow: " + command.output +
+                  ": OBJ knows no --together, --translucent, --profile, --impostor or --wind; expected an output that "
+                  "ends in .glb");
     if (ending == ".swc" && (!isPlain || bake.collision || bake.levels != "0"))
         failUsage("grow: " + command.output +
                   ": a skeleton has no levels, wind data or shapes; expected an output that "
                   "ends in .glb");
-    if (const auto [first, last] = parseLevels(bake.levels); bake.together && first == last)
+    if (const auto [first, last] = parseLevels(bake.levels); bake.together && first == last && bake.impostor != "cards")
         failUsage("grow: --together puts several levels into one file; expected a range, such as --lod 0..4");
     return ending == ".swc";
 }
@@ -117,6 +118,12 @@ private:
     Skeleton skeleton_;
 };
 
+void printRange(const char* what, const nlohmann::ordered_json& range)
+{
+    const auto percent = [&](std::size_t i) { return std::round(1e3 * range[i].get<double>()) / 10; };
+    std::cout << what << percent(0) << " to " << percent(1) << " %";
+}
+
 void printFile(const nlohmann::ordered_json& file)
 {
     std::cout << file["file"].get<std::string>();
@@ -138,6 +145,12 @@ void printFile(const nlohmann::ordered_json& file)
         }
         else if (what == "coverage")
             std::cout << "covers " << std::round(1e3 * value.get<double>()) / 10 << " %";
+        else if (what == "coverages")
+            printRange("covers ", value);
+        else if (what == "colours")
+            printRange("as bright as ", value);
+        else if (what == "texels")
+            std::cout << value << " x " << value << " texels";
         else if (what == "outline")
             std::cout << "outline off by " << std::round(1e3 * value.get<double>()) / 10 << " %";
         else if (what == "volumeShare")

@@ -4,7 +4,9 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Mesh/DetailLevel.h>
+#include <Espalier/Mesh/Impostor.h>
 #include <Espalier/Mesh/WindMotion.h>
+#include <Espalier/Render/ImpostorAtlas.h>
 #include <Espalier/Render/LineDrawing.h>
 #include <Espalier/Render/Render.h>
 #include <algorithm>
@@ -56,6 +58,8 @@ struct RenderCommand
     std::uint32_t gustFrames = 0;
     std::string branches = "embed";
     std::string levels = "0"; ///< Of detail.
+    bool impostor = false;
+    bool takeover = false; ///< Levels as far away as they are meant for.
 };
 
 /// The meshes of all plants to be shown; subjects point into them.
@@ -117,12 +121,41 @@ private:
                 return;
             }
             const std::string triangles = std::to_string(mesh.indices.size() / 3) + " triangles";
-            const std::string caption = first == last ? label : "level " + std::to_string(level) + ": " + triangles;
+            const bool isAlone = first == last && !command_.impostor;
+            const std::string caption = isAlone ? label : "level " + std::to_string(level) + ": " + triangles;
             if (command_.gustFrames > 0)
                 addGust(plant.skeleton, mesh, label);
             else
-                addSubject(std::move(mesh), caption);
+                addSubject(std::move(mesh), caption, detail.error);
         }
+        if (command_.impostor)
+            addImpostor(plant, label);
+    }
+
+    void addImpostor(const Plant& plant, const std::string& label)
+    {
+        const Appearance& look = *appearances_.back();
+        TreeMesh full;
+        (void)meshDetailLevel(plant.skeleton, look, 0, meshSettings_, Limits{}, scratch_, full);
+        const Impostor impostor = makeImpostor(full, ImpostorKind::Cards);
+        atlases_.push_back(std::make_unique<MaterialTextures>(
+            orFail(paintImpostor({&full, &look, label}, impostor, {}, terminalProgress()))));
+        TreeMesh cards;
+        meshCards(impostor, cards);
+        const std::string caption = "impostor: " + std::to_string(cards.indices.size() / 3) + " triangles";
+        addSubject(std::move(cards), caption, impostorError(impostor, atlases_.back()->colour.width));
+        subjects_.back().cards = atlases_.back().get();
+    }
+
+    /// How many times as far as in its frame a plant is where `error` metres are a pixel; nearer is never asked for.
+    [[nodiscard]] double distanceFor(const TreeMesh& mesh, float error) const
+    {
+        float height = 0;
+        for (const Vec3& p : mesh.positions)
+            height = std::max(height, p.y);
+        constexpr double kFilled = 0.8; // of the frame
+        const double pixel = static_cast<double>(height) / (kFilled * settings_.height);
+        return std::clamp(static_cast<double>(error) / std::max(pixel, 1e-9), 1.0, 1e4);
     }
 
     /// The plant at even times over one gust of a strong breeze.
@@ -144,13 +177,15 @@ private:
         }
     }
 
-    void addSubject(TreeMesh mesh, std::string caption)
+    void addSubject(TreeMesh mesh, std::string caption, float error = 0)
     {
         constexpr std::size_t kMost = 1024; // of one sheet
         if (subjects_.size() == kMost)
             failUsage("render: expected at most " + std::to_string(kMost) + " pictures on a sheet");
         meshes_.push_back(std::make_unique<TreeMesh>(std::move(mesh)));
         subjects_.push_back({meshes_.back().get(), appearances_.back().get(), std::move(caption)});
+        if (command_.takeover)
+            subjects_.back().distance = distanceFor(*meshes_.back(), error);
     }
 
     const RenderCommand& command_;
@@ -160,6 +195,7 @@ private:
     DetailScratch scratch_;
     std::vector<std::unique_ptr<TreeMesh>> meshes_;
     std::vector<std::unique_ptr<Appearance>> appearances_;
+    std::vector<std::unique_ptr<MaterialTextures>> atlases_; ///< Of impostors.
     std::vector<RenderSubject> subjects_;
 };
 
@@ -211,8 +247,9 @@ void render(const RenderCommand& command)
     if (command.attempt && kinds(InputKind::Species) == 0)
         failUsage("render: expected no --attempt; only species choose among several");
     const auto [firstLevel, lastLevel] = parseLevels(command.levels);
-    if ((command.seasons || command.gustFrames > 0 || firstLevel != lastLevel) && !command.sheet)
-        failUsage("render: --seasons, --gust and a range of levels show a plant several times; expected --sheet");
+    if ((command.seasons || command.gustFrames > 0 || firstLevel != lastLevel || command.impostor) && !command.sheet)
+        failUsage("render: --seasons, --gust, --impostor and a range of levels show a plant several times; expected "
+                  "--sheet");
     if (command.seasons && (!command.look.season.empty() || command.look.bare))
         failUsage("render: --seasons shows all of them in leaf; expected neither --season nor --no-leaves");
     Gallery gallery(command, settings);
@@ -285,6 +322,9 @@ void addRender(CLI::App& app)
             "A level of detail, 0 the full plant, each further one half as many triangles; or a range, such as "
             "0..4")
         ->capture_default_str();
+    verb->add_flag("--impostor", command->impostor, "On a sheet: after its levels the cards that stand for the plant");
+    verb->add_flag("--takeover", command->takeover,
+                   "Levels and cards as far away as they are meant for: where their error is a pixel");
     verb->add_option("--branches", command->branches,
                      "embed: each branch begins inside its parent; weld: all wood is one closed surface")
         ->check(CLI::IsMember({"embed", "weld"}))

@@ -81,7 +81,8 @@ struct BakedTree
     /// From fine to coarse. More than one become MSFT_lod: readers that do not know it may show all levels at once, so
     /// the portable way is a file for each.
     std::span<const BakedLevel> levels;
-    std::span<const EncodedImages> images; ///< [0] of bark, [1 + k] of leaves of kind k; may be shorter.
+    /// [0] of bark, [1 + k] of leaves of kind k, after all kinds those of cards; may be shorter.
+    std::span<const EncodedImages> images;
     /// A skin, if there are any (Mesh/WindPresets.h). At most 65,536, parents before children; positions alone count.
     std::span<const WindJoint> joints;
 };

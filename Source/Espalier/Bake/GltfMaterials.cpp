@@ -1,5 +1,6 @@
 #include <Espalier/Bake/GltfMaterials.h>
 
+#include <Espalier/Bake/MeshParts.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
 
@@ -32,6 +33,8 @@ std::string nameOf(const MeshPart& look, const std::string& tree)
         return tree + " surface " + number;
     case MeshMaterial::Leaves:
         return tree + " leaves " + number;
+    case MeshMaterial::Cards:
+        return tree + " impostor";
     }
     return tree;
 }
@@ -70,8 +73,8 @@ tinygltf::Material GltfMaterials::make(const MeshPart& look)
     const Vec3 colour = colourOf(look, appearance_);
     tinygltf::Material material;
     material.name = nameOf(look, name_);
-    material.doubleSided = !isBark;
-    if (look.material == MeshMaterial::Leaves)
+    material.doubleSided = look.material == MeshMaterial::Surface || look.material == MeshMaterial::Leaves;
+    if (isCutOut(look))
         material.alphaMode = "MASK"; // at alphaCutoff, 0.5
     tinygltf::PbrMetallicRoughness& surface = material.pbrMetallicRoughness;
     surface.baseColorFactor = {factor(colour.x), factor(colour.y), factor(colour.z), 1.0};
@@ -92,14 +95,12 @@ tinygltf::Material GltfMaterials::make(const MeshPart& look)
 
 void GltfMaterials::addTextures(const MeshPart& look, tinygltf::Material& material)
 {
-    if (look.material == MeshMaterial::Surface)
-        return;
-    const bool isBark = look.material == MeshMaterial::Bark;
-    const std::size_t set = isBark ? 0 : 1 + std::size_t{look.colour};
+    const std::size_t set = imagesOf(look, appearance_);
     if (set >= images_.size())
         return;
+    const bool isBark = look.material == MeshMaterial::Bark;
     const EncodedImages& images = images_[set];
-    const std::string name = name_ + (isBark ? " bark" : " leaves " + std::to_string(look.colour));
+    const std::string name = isBark ? name_ + " bark" : nameOf(look, name_); // all wood shares the bark's
     const int wrap = isBark ? TINYGLTF_TEXTURE_WRAP_REPEAT : TINYGLTF_TEXTURE_WRAP_CLAMP_TO_EDGE;
     tinygltf::PbrMetallicRoughness& surface = material.pbrMetallicRoughness;
     const bool isPainted = isBark && look.colour != 0; // has the bark's relief, and a colour of its own

@@ -127,6 +127,8 @@ std::string materialName(const MeshPart& part, const BakeInfo& info)
         return tree + "_surface_" + number;
     case MeshMaterial::Leaves:
         return tree + "_leaves_" + number;
+    case MeshMaterial::Cards:
+        return tree + "_impostor";
     }
     return tree;
 }
@@ -151,11 +153,9 @@ Expected<void> emitMaterials(const TreeMesh& mesh, const Appearance& appearance,
         std::string name = materialName(part, info);
         if (part.indexCount == 0 || std::ranges::find(known, name) != known.end())
             continue;
-        const bool isLeaves = part.material == MeshMaterial::Leaves;
-        const std::size_t set = isLeaves ? 1 + std::size_t{part.colour} : 0;
+        const std::size_t set = imagesOf(part, appearance);
         const MaterialImages none;
-        const bool hasImages = part.material != MeshMaterial::Surface && set < images.size();
-        const MaterialImages& names = hasImages ? images[set] : none;
+        const MaterialImages& names = set < images.size() ? images[set] : none;
         const bool isPainted = part.material == MeshMaterial::Bark && part.colour != 0;
         const bool hasColour = !names.colour.empty() && !isPainted;
         const Vec3 colour = hasColour ? Vec3(1) : glm::clamp(colourOf(part, appearance), 0.0f, 1.0f);
@@ -165,7 +165,7 @@ Expected<void> emitMaterials(const TreeMesh& mesh, const Appearance& appearance,
         text.number(roughnessOf(part, appearance)) << "\nPm 0\nillum 1\n";
         if (hasColour)
             text << "map_Kd " << names.colour << "\n";
-        if (hasColour && isLeaves)
+        if (hasColour && isCutOut(part))
             text << "map_d " << names.colour << "\n";
         if (!names.normal.empty())
             text << "norm " << names.normal << "\n";

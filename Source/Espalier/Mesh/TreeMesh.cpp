@@ -70,6 +70,8 @@ Vec3 colourOf(const MeshPart& part, const Appearance& appearance) noexcept
 {
     if (part.material == MeshMaterial::Leaves && part.colour < appearance.leaves.size())
         return appearance.leaves[part.colour].colour;
+    if (part.material == MeshMaterial::Cards)
+        return Vec3(1);
     const bool isPlainBark = part.material == MeshMaterial::Bark && part.colour == 0;
     if (isPlainBark || appearance.palette.empty())
         return appearance.bark.colour;

@@ -81,6 +81,18 @@ float PaintedMaterial::alpha(Vec2 uv) const noexcept
     return static_cast<float>(image.texels[(std::size_t{y} * image.width + x) * 4 + 3]) / 255;
 }
 
+float PaintedMaterial::occlusion(Vec2 uv) const noexcept
+{
+    const Image& image = textures_.roughness;
+    if (image.texels.empty())
+        return 1;
+    const Corners corners = cornersAt(image, uv);
+    float sum = 0;
+    for (std::size_t i = 0; i < 4; ++i)
+        sum += corners.share[i] * static_cast<float>(image.texels[corners.texel[i]]);
+    return sum / 255;
+}
+
 Vec3 PaintedMaterial::normal(Vec2 uv) const noexcept
 {
     const Corners corners = cornersAt(textures_.normal, uv);

@@ -16,12 +16,14 @@ enum class TextureWrap : std::uint8_t
 class PaintedMaterial
 {
 public:
-    /// Requires images of at least one texel, the colour of three or four channels, the others of three.
+    /// Requires images of at least one texel, the colour of three or four channels, the others of three, or no
+    /// roughness.
     PaintedMaterial(MaterialTextures textures, TextureWrap wrap);
 
-    [[nodiscard]] Vec3 colour(Vec2 uv) const noexcept; ///< Linear.
-    [[nodiscard]] float alpha(Vec2 uv) const noexcept; ///< Of the nearest texel; 1 without an alpha channel.
-    [[nodiscard]] Vec3 normal(Vec2 uv) const noexcept; ///< Tangent space, about unit.
+    [[nodiscard]] Vec3 colour(Vec2 uv) const noexcept;     ///< Linear.
+    [[nodiscard]] float alpha(Vec2 uv) const noexcept;     ///< Of the nearest texel; 1 without an alpha channel.
+    [[nodiscard]] float occlusion(Vec2 uv) const noexcept; ///< Share of light; 1 without an image of roughness.
+    [[nodiscard]] Vec3 normal(Vec2 uv) const noexcept;     ///< Tangent space, about unit.
 
 private:
     struct Corners;

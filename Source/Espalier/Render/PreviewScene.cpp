@@ -1,6 +1,7 @@
 #include <Espalier/Render/PreviewScene.h>
 
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Finite.h>
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Render/Render.h>
 #include <Espalier/Render/SmoothNoise.h>
@@ -82,6 +83,32 @@ RTCRay makeRay(Vec3 origin, Vec3 direction)
     return ray;
 }
 
+constexpr float kCoordinateLimit = 1e7f; // metres; beyond it floats are too coarse to trace
+
+bool isPlace(Vec3 v)
+{
+    const auto near = [](float c) { return std::abs(c) <= kCoordinateLimit; };
+    return near(v.x) && near(v.y) && near(v.z);
+}
+
+bool isEmpty(const Image& image)
+{
+    return image.texels.empty() || image.texels.size() != std::size_t{image.width} * image.height * image.channels;
+}
+
+RTCRayHit firstHit(RTCScene scene, Vec3 origin, Vec3 direction, float nearest)
+{
+    RTCRayHit query{};
+    query.ray = makeRay(origin, direction);
+    query.ray.tnear = nearest;
+    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
+    RTCIntersectContext context;
+    rtcInitIntersectContext(&context);
+    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
+    rtcIntersect1(scene, &context, &query);
+    return query;
+}
+
 } // namespace
 
 /// What light meets: a point of a plant or of the ground.
@@ -90,7 +117,9 @@ struct PreviewScene::Surface
     Vec3 start;      ///< Where rays to the lights begin: clear of the surface.
     Vec3 normal;     ///< Of the smooth, furrowed surface; unit.
     Vec3 faceNormal; ///< Of the flat triangle; unit.
+    Vec3 colour{0};  ///< As glTF's material has it.
     Vec3 albedo;
+    float open = 1;  ///< Share of the light of sky, and from behind, that what is only in a picture lets pass.
     Vec3 through{0}; ///< Share of the light from behind that comes out here; 0 if it is opaque.
     Vec3 behind{0};  ///< Where rays to the lights behind it begin.
     Vec3 toViewer{0};
@@ -121,6 +150,45 @@ struct PreviewScene::Facet
     }
 };
 
+Expected<void> checkSubject(const RenderSubject& subject)
+{
+    const auto bad = [](std::string what) {
+        return failure(ErrorKind::BadInput, {}, "a tree cannot be drawn: " + what, "a mesh with at least one triangle");
+    };
+    if (!subject.mesh || !subject.appearance)
+        return bad("it has no mesh or no appearance");
+    if (!(subject.distance >= 1 && subject.distance <= 1e4))
+        return failure(ErrorKind::BadInput, {}, "a tree's distance is " + std::to_string(subject.distance),
+                       "a number from 1 to 10000");
+    if (const MaterialTextures* cards = subject.cards; cards && (isEmpty(cards->colour) || isEmpty(cards->normal)))
+        return bad("the pictures of its cards are empty");
+    const TreeMesh& mesh = *subject.mesh;
+    if (mesh.indices.empty() || mesh.indices.size() % 3 != 0)
+        return bad("its mesh has " + std::to_string(mesh.indices.size()) + " indices");
+    if (mesh.normals.size() != mesh.positions.size() || mesh.uvs.size() != mesh.positions.size() ||
+        (!mesh.tints.empty() && mesh.tints.size() != mesh.positions.size()))
+        return bad("its vertex arrays differ in length");
+    const auto isInside = [&](std::uint32_t index) { return index < mesh.positions.size(); };
+    if (!std::all_of(mesh.indices.begin(), mesh.indices.end(), isInside))
+        return bad("an index is out of range");
+    if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), isPlace) ||
+        !std::all_of(mesh.normals.begin(), mesh.normals.end(), [](Vec3 n) { return isFinite(n); }) ||
+        !std::all_of(mesh.uvs.begin(), mesh.uvs.end(), [](Vec2 uv) { return isFinite(uv); }))
+        return bad("a number in its mesh is not finite or beyond 10,000 km");
+    const auto& leaves = subject.appearance->leaves;
+    if (!std::all_of(leaves.begin(), leaves.end(), [](const LeafAppearance& leaf) {
+            return isFinite(leaf.colour) && isFinite(Vec2(leaf.width, leaf.stalk)) && std::isfinite(leaf.translucency);
+        }))
+        return bad("its leaves have a number that is not finite");
+    if (!isFinite(subject.appearance->bark.colour) || !std::isfinite(subject.appearance->bark.tile) ||
+        !std::isfinite(subject.appearance->bark.relief))
+        return bad("its bark has a number that is not finite");
+    const auto& palette = subject.appearance->palette;
+    if (!std::all_of(palette.begin(), palette.end(), [](Vec3 colour) { return isFinite(colour); }))
+        return bad("its palette has a colour that is not finite");
+    return {};
+}
+
 PaintBox::PaintBox(AppearanceTextures textures) : bark(std::move(textures.bark), TextureWrap::Repeat)
 {
     for (MaterialTextures& leaf : textures.leaves)
@@ -147,6 +215,12 @@ PreviewScene::PreviewScene(const TreeMesh& mesh, const Appearance& appearance, c
             firstLeafTriangle_ = std::min(firstLeafTriangle_, part.firstIndex / 3);
             paints_.push_back({covered / 3, colour, Finish::Leaf, &paintBox.leaves[part.colour],
                                appearance.leaves[part.colour].translucency});
+        }
+        else if (part.material == MeshMaterial::Cards && !paintBox.cards.empty())
+        {
+            firstLeafTriangle_ = std::min(firstLeafTriangle_, part.firstIndex / 3);
+            const float translucency = appearance.leaves.empty() ? 0 : appearance.leaves[0].translucency;
+            paints_.push_back({covered / 3, colour, Finish::Leaf, &paintBox.cards[0], translucency, true});
         }
         else if (part.material == MeshMaterial::Bark)
             paints_.push_back({covered / 3, colour, part.colour == 0 ? Finish::Bark : Finish::Rind, &paintBox.bark, 0});
@@ -217,8 +291,13 @@ void PreviewScene::cutLeaves(const RTCFilterFunctionNArguments* arguments)
     const std::vector<Vec2>& uvs = scene->mesh_.uvs;
     const Vec2 uv = (1 - u - v) * uvs[corner[0]] + u * uvs[corner[1]] + v * uvs[corner[2]];
     constexpr float kCutoff = 0.5f; // as in glTF
-    const PaintedMaterial* material = scene->paintOf(triangle).material;
-    if (material && material->alpha(uv) < kCutoff)
+    const Paint& paint = scene->paintOf(triangle);
+    const bool isCut = paint.material && paint.material->alpha(uv) < kCutoff;
+    const Vec3 direction(RTCRayN_dir_x(arguments->ray, 1, 0), RTCRayN_dir_y(arguments->ray, 1, 0),
+                         RTCRayN_dir_z(arguments->ray, 1, 0));
+    const Vec3 normal(RTCHitN_Ng_x(arguments->hit, 1, 0), RTCHitN_Ng_y(arguments->hit, 1, 0),
+                      RTCHitN_Ng_z(arguments->hit, 1, 0));
+    if (isCut || (paint.isOneSided && glm::dot(direction, normal) > 0))
         arguments->valid[0] = 0;
 }
 
@@ -237,23 +316,14 @@ Vec3 PreviewScene::paperLight()
 
 Vec3 PreviewScene::radiance(Vec3 origin, Vec3 direction, float nearest, const LightSample& sample) const
 {
-    RTCRayHit query{};
-    query.ray = makeRay(origin, direction);
-    query.ray.tnear = nearest;
-    query.hit.geomID = RTC_INVALID_GEOMETRY_ID;
-    RTCIntersectContext context;
-    rtcInitIntersectContext(&context);
-    context.flags = RTC_INTERSECT_CONTEXT_FLAG_COHERENT;
-    rtcIntersect1(scene_, &context, &query);
+    const RTCRayHit query = firstHit(scene_, origin, direction, nearest);
 
     // The ground is seen from above only: from below it would hide the tree.
     const bool meetsGround = !onPaper_ && direction.y < 0 && origin.y > base_.y;
     const float toGround = meetsGround ? (base_.y - origin.y) / direction.y : std::numeric_limits<float>::infinity();
     if (query.hit.geomID != RTC_INVALID_GEOMETRY_ID && query.ray.tfar < toGround)
     {
-        const Vec3 faceNormal{query.hit.Ng_x, query.hit.Ng_y, query.hit.Ng_z};
-        const unsigned triangle = query.hit.primID + (query.hit.geomID == 1 ? firstLeafTriangle_ : 0);
-        return litColour(surfaceAt(triangle, query.hit.u, query.hit.v, faceNormal, direction), sample);
+        return litColour(surfaceAt(query.hit, direction), sample);
     }
     if (onPaper_)
         return paperLight();
@@ -271,15 +341,28 @@ Vec3 PreviewScene::radiance(Vec3 origin, Vec3 direction, float nearest, const Li
     return mix(litColour(surface, sample), kHorizon, haze);
 }
 
-PreviewScene::Surface PreviewScene::surfaceAt(unsigned triangle, float u, float v, Vec3 faceNormal,
-                                              Vec3 direction) const
+std::optional<Sight> PreviewScene::sight(Vec3 origin, Vec3 direction, Vec2 sky) const
 {
+    const RTCRayHit query = firstHit(scene_, origin, direction, 0);
+    if (query.hit.geomID == RTC_INVALID_GEOMETRY_ID)
+        return std::nullopt;
+    const Surface surface = surfaceAt(query.hit, direction);
+    Vec3 toSky = cosineDirection(surface.normal, sky);
+    toSky -= 2 * std::min(glm::dot(toSky, surface.faceNormal), 0.0f) * surface.faceNormal;
+    return Sight{surface.colour, surface.normal, query.ray.tfar, !isHidden(surface.start, toSky)};
+}
+
+PreviewScene::Surface PreviewScene::surfaceAt(const RTCHit& hit, Vec3 direction) const
+{
+    const unsigned triangle = hit.primID + (hit.geomID == 1 ? firstLeafTriangle_ : 0);
+    const float u = hit.u;
+    const float v = hit.v;
     const std::uint32_t* corner = mesh_.indices.data() + std::size_t{3} * triangle;
     const Vec3 n0 = mesh_.normals[corner[0]];
     const Vec3 n1 = mesh_.normals[corner[1]];
     const Vec3 n2 = mesh_.normals[corner[2]];
     const Paint& paint = paintOf(triangle);
-    faceNormal = glm::normalize(faceNormal);
+    const Vec3 faceNormal = glm::normalize(Vec3(hit.Ng_x, hit.Ng_y, hit.Ng_z));
     Facet facet = facetAt(triangle, {u, v});
     const Vec3 at = facet.at;
     const float length = glm::length(facet.normal);
@@ -387,6 +470,7 @@ void PreviewScene::paintWood(const Paint& paint, const Facet& facet, Surface& su
     {
         surface.normal = facet.bent(paint.material->normal(facet.uv));
     }
+    surface.colour = colour * facet.tint;
     // Patches of weather and lichen, larger than any repeat of the texture, hide that it repeats.
     const Vec3 at = facet.at;
     const float patch = smoothNoise({at.x * 2.3f + at.z * 0.9f, at.y * 1.4f - at.z * 1.1f}, 4096);
@@ -399,6 +483,8 @@ void PreviewScene::paintLeaf(const Paint& paint, const Facet& facet, Surface& su
     if (paint.material)
     {
         colour = paint.material->colour(facet.uv) * facet.tint;
+        if (paint.isOneSided)
+            surface.open = paint.material->occlusion(facet.uv);
         surface.normal = facet.bent(paint.material->normal(facet.uv));
     }
     else
@@ -410,6 +496,7 @@ void PreviewScene::paintLeaf(const Paint& paint, const Facet& facet, Surface& su
         const float far = smoothNoise({place.x * 9 + place.z * 4 + 5, place.y * 8 - place.z * 3 + 1}, 4096);
         colour *= mix({0.86f, 0.90f, 0.88f}, {1.16f, 1.08f, 0.98f}, 0.6f * near + 0.4f * far);
     }
+    surface.colour = colour;
     colour = glm::clamp(colour, Vec3(0), Vec3(0.95f));
     // What comes through has passed more of the leaf, so its colour is purer. Both together never exceed the light.
     const float brightest = std::max({colour.x, colour.y, colour.z, 1e-4f});
@@ -461,7 +548,7 @@ Vec3 PreviewScene::leafLight(const Surface& surface, Vec3 toSun, Vec2 random) co
     const bool isLit = sunCosine > 0;
     if (!onPaper_ && toSun.y > 0 && !isHidden(isLit ? surface.start : surface.behind, toSun))
     {
-        result += (isLit ? surface.albedo : surface.through) * kSun * (std::abs(sunCosine) / kPi);
+        result += (isLit ? surface.albedo : surface.open * surface.through) * kSun * (std::abs(sunCosine) / kPi);
         if (isLit)
         {
             constexpr float kSheen = 0.05f; // of the light, gathered round the mirror's direction (Blinn 1977)
@@ -479,7 +566,7 @@ Vec3 PreviewScene::leafLight(const Surface& surface, Vec3 toSun, Vec2 random) co
     if (away < 0)
         toSky -= 2 * glm::dot(toSky, surface.faceNormal) * surface.faceNormal;
     const Vec3 sky = lightFrom(isFront ? surface.start : surface.behind, toSky);
-    return result + (isFront ? surface.albedo / kFront : surface.through / (1 - kFront)) * sky;
+    return result + surface.open * (isFront ? surface.albedo / kFront : surface.through / (1 - kFront)) * sky;
 }
 
 /// What comes from the sky, the ground or the plant itself in the half shade.

@@ -1,17 +1,21 @@
 #pragma once
 
+#include <Espalier/Core/Error.h>
 #include <Espalier/Core/Vector.h>
 #include <Espalier/Render/PaintedMaterial.h>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 struct RTCDeviceTy;
 struct RTCFilterFunctionNArguments;
+struct RTCHit;
 struct RTCSceneTy;
 
 namespace espalier {
 
 struct Appearance;
+struct RenderSubject;
 struct AppearanceTextures;
 struct TextureSizes;
 struct TreeMesh;
@@ -34,6 +38,18 @@ struct LightSample
     Vec2 sky;
 };
 
+/// What a ray meets of a plant, unlit: as glTF's material has it.
+struct Sight
+{
+    Vec3 colour{0};     ///< Linear: base colour times tint.
+    Vec3 normal{0};     ///< Unit, to the side from which the ray comes.
+    float distance = 0; ///< Metres from the origin.
+    bool isOpen = true; ///< Whether the light that `sky` asks for reaches it.
+};
+
+/// Fails with BadInput if a tree cannot be drawn: its mesh is empty, not finite or inconsistent.
+[[nodiscard]] Expected<void> checkSubject(const RenderSubject& subject);
+
 /// The materials of a species, painted. Immutable; use for any number of scenes.
 struct PaintBox
 {
@@ -41,6 +57,7 @@ struct PaintBox
 
     PaintedMaterial bark;
     std::vector<PaintedMaterial> leaves; ///< By kind.
+    std::vector<PaintedMaterial> cards;  ///< Pictures of the whole plant: one or none.
 };
 
 /// One tree before its backdrop, ready to be looked at. Immutable; `radiance` may be called from any
@@ -64,6 +81,10 @@ public:
     /// is looked through.
     [[nodiscard]] Vec3 radiance(Vec3 origin, Vec3 direction, float nearest, const LightSample& sample) const;
 
+    /// What `direction` (unit) meets of the plant, seen from `origin`; the ground is left out. `sky`, random in [0, 1),
+    /// picks where light is to come from, by how much each direction counts.
+    [[nodiscard]] std::optional<Sight> sight(Vec3 origin, Vec3 direction, Vec2 sky) const;
+
 private:
     /// How a run of triangles is painted.
     enum class Finish : std::uint8_t
@@ -80,6 +101,7 @@ private:
         Finish finish;
         const PaintedMaterial* material; ///< None for what has no texture.
         float translucency;
+        bool isOneSided = false; ///< From behind it is not there.
     };
     struct Surface;
     struct Facet;
@@ -92,7 +114,7 @@ private:
     void paintLeaf(const Paint& paint, const Facet& facet, Surface& surface) const;
     [[nodiscard]] Vec3 leafLight(const Surface& surface, Vec3 toSun, Vec2 random) const;
     [[nodiscard]] Vec3 lightFrom(Vec3 start, Vec3 direction) const;
-    [[nodiscard]] Surface surfaceAt(unsigned triangle, float u, float v, Vec3 faceNormal, Vec3 direction) const;
+    [[nodiscard]] Surface surfaceAt(const RTCHit& hit, Vec3 direction) const;
     [[nodiscard]] bool isHidden(Vec3 origin, Vec3 direction) const;
     [[nodiscard]] Vec3 litColour(const Surface& surface, const LightSample& sample) const;
     [[nodiscard]] Vec3 skyLight(Vec3 direction) const;

@@ -1,4 +1,3 @@
-#include <Espalier/Core/Finite.h>
 #include <Espalier/Render/Render.h>
 
 #include <Espalier/Core/DeterministicMath.h>
@@ -24,7 +23,6 @@ constexpr std::uint32_t kMaxViews = 64;
 constexpr std::uint32_t kTileSize = 32;
 constexpr FrameMargins kMeadowMargins{.side = 0.92, .top = 0.93, .bottom = 0.86};
 constexpr FrameMargins kPaperMargins{.side = 0.93, .top = 0.93, .bottom = 0.93, .freeBelow = 0.5};
-constexpr float kCoordinateLimit = 1e7f; // metres; beyond it floats are too coarse to trace
 
 /// One cell of a picture.
 struct Shot
@@ -36,12 +34,6 @@ struct Shot
     Camera camera{};
     float nearest = 0; ///< Metres from the camera; nearer things are looked through.
 };
-
-bool isPlace(Vec3 v)
-{
-    const auto near = [](float c) { return std::abs(c) <= kCoordinateLimit; };
-    return near(v.x) && near(v.y) && near(v.z);
-}
 
 Expected<void> checkRange(const char* name, double value, double low, double high)
 {
@@ -79,40 +71,6 @@ Expected<void> checkSettings(const RenderSettings& settings)
     for (const Range& range : ranges)
         if (auto checked = checkRange(range.name, range.value, range.low, range.high); !checked)
             return checked;
-    return {};
-}
-
-Expected<void> checkSubject(const RenderSubject& subject)
-{
-    const auto bad = [](std::string what) {
-        return failure(ErrorKind::BadInput, {}, "a tree cannot be drawn: " + what, "a mesh with at least one triangle");
-    };
-    if (!subject.mesh || !subject.appearance)
-        return bad("it has no mesh or no appearance");
-    const TreeMesh& mesh = *subject.mesh;
-    if (mesh.indices.empty() || mesh.indices.size() % 3 != 0)
-        return bad("its mesh has " + std::to_string(mesh.indices.size()) + " indices");
-    if (mesh.normals.size() != mesh.positions.size() || mesh.uvs.size() != mesh.positions.size() ||
-        (!mesh.tints.empty() && mesh.tints.size() != mesh.positions.size()))
-        return bad("its vertex arrays differ in length");
-    const auto isInside = [&](std::uint32_t index) { return index < mesh.positions.size(); };
-    if (!std::all_of(mesh.indices.begin(), mesh.indices.end(), isInside))
-        return bad("an index is out of range");
-    if (!std::all_of(mesh.positions.begin(), mesh.positions.end(), isPlace) ||
-        !std::all_of(mesh.normals.begin(), mesh.normals.end(), [](Vec3 n) { return isFinite(n); }) ||
-        !std::all_of(mesh.uvs.begin(), mesh.uvs.end(), [](Vec2 uv) { return isFinite(uv); }))
-        return bad("a number in its mesh is not finite or beyond 10,000 km");
-    const auto& leaves = subject.appearance->leaves;
-    if (!std::all_of(leaves.begin(), leaves.end(), [](const LeafAppearance& leaf) {
-            return isFinite(leaf.colour) && isFinite(Vec2(leaf.width, leaf.stalk)) && std::isfinite(leaf.translucency);
-        }))
-        return bad("its leaves have a number that is not finite");
-    if (!isFinite(subject.appearance->bark.colour) || !std::isfinite(subject.appearance->bark.tile) ||
-        !std::isfinite(subject.appearance->bark.relief))
-        return bad("its bark has a number that is not finite");
-    const auto& palette = subject.appearance->palette;
-    if (!std::all_of(palette.begin(), palette.end(), [](Vec3 colour) { return isFinite(colour); }))
-        return bad("its palette has a colour that is not finite");
     return {};
 }
 
@@ -185,7 +143,7 @@ void frameShots(std::span<Shot> shots, const RenderSettings& settings)
         {
             const DVec3 stand = nearestStand(all, shot.camera, margins);
             const double x = nearestStand(shot.bounds, shot.camera, margins).x;
-            const double distance = std::max(-stand.z, 1e-3);
+            const double distance = std::max(-stand.z, 1e-3) * shot.subject->distance;
             const ViewAxes& axes = shot.camera.axes;
             const DVec3 fromBase = x * axes.right + stand.y * axes.up - distance * axes.forward;
             shot.camera.position = DVec3(0, shot.ground, 0) + fromBase;
@@ -354,6 +312,9 @@ Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSet
         if (!painted || *painted != appearance)
             paints.emplace(makeTextures(appearance, textureSizes(settings), threads));
         painted = &appearance;
+        paints->cards.clear();
+        if (shot.subject->cards)
+            paints->cards.emplace_back(*shot.subject->cards, TextureWrap::Clamp);
         const PreviewScene scene(*shot.subject->mesh, appearance, *paints, surroundingsOf(shot, settings));
         if (!scene.isReady())
             return failure(ErrorKind::Limit, {}, "the picture's scene does not fit into memory");

@@ -10,6 +10,7 @@
 
 namespace espalier {
 
+struct MaterialTextures;
 struct TreeMesh;
 struct Appearance;
 
@@ -50,6 +51,9 @@ struct RenderSubject
     const TreeMesh* mesh = nullptr;
     const Appearance* appearance = nullptr;
     std::string label; ///< Written under it on strips and sheets; may be empty.
+    /// What Cards parts of the mesh are painted with; must outlive the call. None: they are white.
+    const MaterialTextures* cards = nullptr;
+    double distance = 1; ///< Times as far as where it would fill its frame. [1, 1e4]
 };
 
 // All three frame the trees whole, to about nine tenths of the frame. In the meadow they stand on the ground (at y = 0,

@@ -273,56 +273,6 @@ private:
     std::vector<LeafVeins> veins_;
 };
 
-/// Of each texel the nearest that is not cut out, or as near as two passes over its neighbours find.
-std::vector<std::uint32_t> nearestDrawn(const Drawing& drawing)
-{
-    const auto width = static_cast<std::int32_t>(drawing.width);
-    const auto height = static_cast<std::int32_t>(drawing.height);
-    constexpr std::uint32_t kNone = 0xffffffffu;
-    std::vector<std::uint32_t> nearest(drawing.points.size(), kNone);
-    for (std::uint32_t i = 0; i < nearest.size(); ++i)
-        if (drawing.points[i].leaf != kNothing)
-            nearest[i] = i;
-    const auto distance = [&](std::int32_t x, std::int32_t y, std::uint32_t to) {
-        const std::int64_t dx = x - static_cast<std::int32_t>(to % drawing.width);
-        const std::int64_t dy = y - static_cast<std::int32_t>(to / drawing.width);
-        return dx * dx + dy * dy;
-    };
-    const auto offer = [&](std::int32_t x, std::int32_t y, std::int32_t fromX, std::int32_t fromY) {
-        if (fromX < 0 || fromY < 0 || fromX >= width || fromY >= height)
-            return;
-        const std::uint32_t theirs =
-            nearest[static_cast<std::size_t>(fromY) * drawing.width + static_cast<std::size_t>(fromX)];
-        std::uint32_t& own = nearest[static_cast<std::size_t>(y) * drawing.width + static_cast<std::size_t>(x)];
-        if (theirs != kNone && (own == kNone || distance(x, y, theirs) < distance(x, y, own)))
-            own = theirs;
-    };
-    for (std::int32_t y = 0; y < height; ++y)
-    {
-        for (std::int32_t x = 0; x < width; ++x)
-            for (const std::int32_t dx : {-1, 0, 1})
-                offer(x, y, x + dx, y - 1);
-        for (std::int32_t x = 1; x < width; ++x)
-            offer(x, y, x - 1, y);
-        for (std::int32_t x = width - 2; x >= 0; --x)
-            offer(x, y, x + 1, y);
-    }
-    for (std::int32_t y = height - 1; y >= 0; --y)
-    {
-        for (std::int32_t x = 0; x < width; ++x)
-            for (const std::int32_t dx : {-1, 0, 1})
-                offer(x, y, x + dx, y + 1);
-        for (std::int32_t x = 1; x < width; ++x)
-            offer(x, y, x - 1, y);
-        for (std::int32_t x = width - 2; x >= 0; --x)
-            offer(x, y, x + 1, y);
-    }
-    for (std::uint32_t i = 0; i < nearest.size(); ++i)
-        if (nearest[i] == kNone)
-            nearest[i] = i; // nothing is drawn at all
-    return nearest;
-}
-
 /// Normals of each leaf by itself: the step from one to the next is none of its slope.
 Image leafNormals(const Drawing& drawing, const Field& height, Vec2 texel, std::uint32_t threads)
 {
@@ -415,7 +365,10 @@ MaterialTextures makeLeafTextures(const LeafAppearance& leaf, std::uint32_t heig
     std::vector<std::uint8_t> shown(count);
     for (std::size_t i = 0; i < count; ++i)
         shown[i] = drawing.alpha[i] >= 128;
-    const std::vector<std::uint32_t> nearest = nearestDrawn(drawing);
+    std::vector<std::uint8_t> isDrawn(count);
+    for (std::size_t i = 0; i < count; ++i)
+        isDrawn[i] = drawing.points[i].leaf != kNothing;
+    const std::vector<std::uint32_t> nearest = nearestDrawn(isDrawn, wide);
     std::vector<float> channel(count);
     for (int c = 0; c < 3; ++c)
     {

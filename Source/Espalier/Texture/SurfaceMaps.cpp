@@ -48,6 +48,54 @@ Field blurred(const Field& field, std::uint32_t radius)
     return both;
 }
 
+std::vector<std::uint32_t> nearestDrawn(const std::vector<std::uint8_t>& isDrawn, std::uint32_t wide)
+{
+    const auto width = static_cast<std::int32_t>(wide);
+    const auto height = static_cast<std::int32_t>(isDrawn.size() / wide);
+    constexpr std::uint32_t kNone = 0xffffffffu;
+    std::vector<std::uint32_t> nearest(isDrawn.size(), kNone);
+    for (std::uint32_t i = 0; i < nearest.size(); ++i)
+        if (isDrawn[i] != 0)
+            nearest[i] = i;
+    const auto distance = [&](std::int32_t x, std::int32_t y, std::uint32_t to) {
+        const std::int64_t dx = x - static_cast<std::int32_t>(to % wide);
+        const std::int64_t dy = y - static_cast<std::int32_t>(to / wide);
+        return dx * dx + dy * dy;
+    };
+    const auto offer = [&](std::int32_t x, std::int32_t y, std::int32_t fromX, std::int32_t fromY) {
+        if (fromX < 0 || fromY < 0 || fromX >= width || fromY >= height)
+            return;
+        const std::uint32_t theirs = nearest[static_cast<std::size_t>(fromY) * wide + static_cast<std::size_t>(fromX)];
+        std::uint32_t& own = nearest[static_cast<std::size_t>(y) * wide + static_cast<std::size_t>(x)];
+        if (theirs != kNone && (own == kNone || distance(x, y, theirs) < distance(x, y, own)))
+            own = theirs;
+    };
+    for (std::int32_t y = 0; y < height; ++y)
+    {
+        for (std::int32_t x = 0; x < width; ++x)
+            for (const std::int32_t dx : {-1, 0, 1})
+                offer(x, y, x + dx, y - 1);
+        for (std::int32_t x = 1; x < width; ++x)
+            offer(x, y, x - 1, y);
+        for (std::int32_t x = width - 2; x >= 0; --x)
+            offer(x, y, x + 1, y);
+    }
+    for (std::int32_t y = height - 1; y >= 0; --y)
+    {
+        for (std::int32_t x = 0; x < width; ++x)
+            for (const std::int32_t dx : {-1, 0, 1})
+                offer(x, y, x + dx, y + 1);
+        for (std::int32_t x = 1; x < width; ++x)
+            offer(x, y, x - 1, y);
+        for (std::int32_t x = width - 2; x >= 0; --x)
+            offer(x, y, x + 1, y);
+    }
+    for (std::uint32_t i = 0; i < nearest.size(); ++i)
+        if (nearest[i] == kNone)
+            nearest[i] = i; // nothing is drawn at all
+    return nearest;
+}
+
 void adjustMean(std::vector<float>& values, const std::vector<std::uint8_t>& weights, float mean)
 {
     double sum = 0;

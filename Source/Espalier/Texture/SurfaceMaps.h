@@ -44,6 +44,10 @@ void forEachRow(std::uint32_t height, std::uint32_t threads, const Row& row)
 /// multiplied, and where that would go beyond 1 the distances from 1 are instead.
 void adjustMean(std::vector<float>& values, const std::vector<std::uint8_t>& weights, float mean);
 
+/// Of each texel of an image `width` wide the nearest that is drawn, or as near as two passes over its neighbours find;
+/// its own number where nothing is.
+[[nodiscard]] std::vector<std::uint32_t> nearestDrawn(const std::vector<std::uint8_t>& isDrawn, std::uint32_t width);
+
 /// A unit vector as three bytes.
 void storeNormal(Vec2 slope, std::uint8_t* texel) noexcept;
 
