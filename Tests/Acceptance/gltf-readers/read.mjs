@@ -120,7 +120,7 @@ async function fromGltfTransform(bytes) {
       require(highest < vertices, `an index is ${highest} of ${vertices} vertices`);
       if (!primitive.getMaterial().getDoubleSided()) {
         const share = facing(primitive);
-        require(share >= LEAST_SHARE_FACING, `only ${(100 * share).toFixed(1)} % of triangles face their normals`);
+        require(share >= LEAST_SHARE_FACING, `only ${(100 * share).toFixed(2)} % of triangles face their normals`);
       }
     }
   const shown = emptyCounts();
