@@ -3,21 +3,24 @@
 # root where everything is there already.
 #   Samples/install.sh           what the library, the command and the samples need
 #   Samples/install.sh --tests   also what only the tests need
+#   Samples/install.sh --acceptance   also Blender, 1 GB, which only Tests/run.sh --acceptance needs
 set -euo pipefail
 
 packages=(g++ make cmake libglm-dev libtinygltf-dev libembree-dev libtbb-dev nlohmann-json3-dev libexpected-dev
     libcli11-dev libstb-dev libmeshoptimizer-dev)
 case "${1:-}" in
     "") ;;
-    --tests)
+    --tests | --acceptance)
         packages+=(libgtest-dev libbenchmark-dev clang libclang-rt-14-dev clang-format)
         # Debian's npm brings 500 MB; a Node.js from elsewhere serves as well.
         if ! command -v node > /dev/null || ! command -v npm > /dev/null; then
             packages+=(nodejs npm ca-certificates)
         fi
+        # Blender's glTF importer wants NumPy, which Debian only recommends.
+        [ "$1" = --tests ] || packages+=(blender python3-numpy)
         ;;
     *)
-        echo "usage: $0 [--tests]" >&2
+        echo "usage: $0 [--tests | --acceptance]" >&2
         exit 2
         ;;
 esac

@@ -4,8 +4,8 @@
 #                          GLB files in the Khronos validator, the sources' format
 #   Tests/run.sh --quick   all tests optimised, nothing else
 #   Tests/run.sh --fuzz    each fuzz target for 30 seconds, nothing else
-#   Tests/run.sh --acceptance   trees in leaf in all their levels and profiles, before the Khronos validator and other
-#                          readers: an hour and 20 GB; nothing else
+#   Tests/run.sh --acceptance   trees in leaf in all their levels and profiles, before Blender, the Khronos validator and
+#                          other readers: an hour and 5 GB, Blender itself among them; nothing else
 set -uo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.." || exit
 jobs=$(nproc)
@@ -109,34 +109,94 @@ bake_trees()
     done
 )
 
-# bake_dressed SEEDS LEVELS: trees in leaf in every profile and with every kind of wind data.
+# bake_dressed FOLDER SEEDS LEVELS SPECIES...: trees in leaf in every profile and with every kind of wind data.
 bake_dressed()
 (
-    folder=Build/release/Dressed
-    rm -rf $folder
-    mkdir -p $folder || exit
-    for appearance in Content/*.appearance; do
-        name=$(basename "$appearance" .appearance)
-        Build/release/bin/espalier infer "Content/$name.archetype" --appearance "$appearance" -o $folder/$name.species || exit
+    folder=$1 seeds=$2 levels=$3
+    shift 3
+    rm -rf "$folder"
+    mkdir -p "$folder" || exit
+    for name; do
+        infer_dressed "$name" "$folder/$name.species" || exit
         while read -r profile wind more; do
             # shellcheck disable=SC2086
-            Build/release/bin/espalier grow $folder/$name.species --seed "$1" --lod "$2" --textures 64 --profile $profile \
-                --wind $wind $more -o "$folder/$name-$profile-$wind.glb" || exit
+            Build/release/bin/espalier grow "$folder/$name.species" --seed "$seeds" --lod "$levels" --textures 64 \
+                --profile $profile --wind $wind $more -o "$folder/$name-$profile-$wind.glb" || exit
         done <<< $'portable generic --translucent\nquantized bones\ncompressed generic --together\nportable crytek --branches weld'
     done
 )
 
+# infer_dressed NAME FILE
+infer_dressed()
+{
+    Build/release/bin/espalier infer "Content/$1.archetype" --appearance "Content/$1.appearance" -o "$2"
+}
+
+# The names of what has a look to wear.
+dressed_species()
+{
+    local appearance
+    for appearance in Content/*.appearance; do
+        basename "$appearance" .appearance
+    done
+}
+
 # validate FILE...: each file counts as a test.
 validate()
 {
-    node Tests/Validator/validate.mjs "$@" || return
+    printf '%s\0' "$@" | xargs -0 -n 20 -P "$jobs" node Tests/Validator/validate.mjs || return
     passed=$((passed + $#))
 }
 
 # read_elsewhere FILE...: each file counts as a test.
 read_elsewhere()
 {
-    printf '%s\0' "$@" | xargs -0 -n 50 node Tests/Acceptance/gltf-readers/read.mjs || return
+    printf '%s\0' "$@" | xargs -0 -n 20 -P "$jobs" node Tests/Acceptance/gltf-readers/read.mjs || return
+    passed=$((passed + $#))
+}
+
+# accept_dressed SEEDS LEVELS SPECIES: bakes, asks all readers, and deletes what they like: a hundred trees of every kind
+# would take 25 GB.
+accept_dressed()
+{
+    local folder=Build/release/Dressed/$3-$1 status=0
+    bake_dressed "$folder" "$@" || return
+    validate "$folder"/*.glb || status=1
+    read_elsewhere "$folder"/*.glb || status=1
+    if [ $status -eq 0 ]; then
+        rm -r "$folder"
+    else
+        echo "Kept: $folder" >&2
+    fi
+    return $status
+}
+
+# One of each in leaf that Blender can read, seed 1.
+bake_for_blender()
+(
+    folder=Build/release/Blender
+    rm -rf $folder
+    mkdir -p $folder || exit
+    for name in $(dressed_species); do
+        infer_dressed "$name" "$folder/$name.species" || exit
+        while read -r what options; do
+            # shellcheck disable=SC2086
+            Build/release/bin/espalier grow "$folder/$name.species" --textures 256 $options -o "$folder/$name-$what.glb" || exit
+        done <<< $'full --lod 0 --wind generic --translucent\nmiddle --lod 3\nweld --lod 2 --branches weld\nbones --lod 2 --wind bones --profile quantized'
+    done
+)
+
+# render_in_blender FILE...: each file counts as a test. Blender's own chatter goes to a log.
+render_in_blender()
+{
+    local out=Build/release/Blender/Pictures
+    mkdir -p $out
+    blender -b --factory-startup --python-exit-code 1 --python Tests/Acceptance/blender.py -- $out "$@" 2>&1 |
+        tee $out/blender.log | grep -aE --line-buffered '^[^ ]+\.glb: |^[0-9]+ files, ' || {
+        echo "Blender found fault with a file, or broke down: see $out/blender.log and the pictures beside it." >&2
+        return 1
+    }
+    echo "Pictures of each: $out"
     passed=$((passed + $#))
 }
 
@@ -164,7 +224,11 @@ case "${1:-}" in
         ;;
 esac
 
-must "Install what is missing" bash Samples/install.sh --tests
+if [ "${1:-}" = --acceptance ]; then
+    must "Install what is missing, with Blender" bash Samples/install.sh --acceptance
+else
+    must "Install what is missing" bash Samples/install.sh --tests
+fi
 if [ "${1:-}" = --fuzz ]; then
     if step "Build, preset fuzz" build fuzz espalier_fuzzers; then
         for target in Tests/Fuzz/Fuzz*.cpp; do
@@ -178,9 +242,15 @@ elif [ "${1:-}" = --acceptance ]; then
     if step "Build, preset release" build release espalier; then
         must "Install the Khronos validator" npm_install Tests/Validator
         must "Install the other readers" npm_install Tests/Acceptance/gltf-readers
-        must "Bake trees in leaf" bake_dressed 1..20 0..5
-        must "Validate GLB files" validate Build/release/Dressed/*.glb
-        must "Read GLB files with glTF-Transform and Babylon.js" read_elsewhere Build/release/Dressed/*.glb
+        must "Bake one of each in leaf" bake_for_blender
+        must "Render GLB files with Blender's Cycles" render_in_blender Build/release/Blender/*.glb
+        rm -rf Build/release/Dressed
+        for seeds in 1..5 6..10 11..15 16..20; do
+            for name in $(dressed_species); do
+                must "$name in leaf, seeds $seeds, before the Khronos validator, glTF-Transform and Babylon.js" \
+                    accept_dressed $seeds 0..5 "$name"
+            done
+        done
     else
         failed=$((failed + 1))
     fi
@@ -195,7 +265,8 @@ if [ $# -eq 0 ]; then
     must "Quickstart, as a newcomer runs it" bash Samples/quickstart.sh
     must "Install the Khronos validator" npm_install Tests/Validator
     must "Bake trees" bake_trees
-    must "Bake trees in leaf" bake_dressed 1..1 1..4
+    # shellcheck disable=SC2046
+    must "Bake trees in leaf" bake_dressed Build/release/Dressed 1..1 1..4 $(dressed_species)
     must "Validate GLB files" validate Samples/out/*.glb Build/release/Trees/*.glb Build/release/Dressed/*.glb
 fi
 
