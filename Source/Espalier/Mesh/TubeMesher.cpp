@@ -439,6 +439,33 @@ private:
     PartCursors& cursors_;
 };
 
+/// Least cosine between a welded surface's normals and the triangles round them.
+constexpr float kLeastFacing = 0.1f;
+
+/// Turns normals that stand behind one of their triangles to its front. In the crotch of a steep branch, and where a
+/// foot stands on a ridge of a parent with few sides, the normal that parent and branch share does: there they part
+/// again. One pass: what a vertex's later triangles undo of its earlier ones is little.
+void turnToFront(TreeMesh& mesh, std::size_t firstIndex)
+{
+    for (std::size_t i = firstIndex; i + 2 < mesh.indices.size(); i += 3)
+    {
+        const std::uint32_t* const corners = &mesh.indices[i];
+        const Vec3& a = mesh.positions[corners[0]];
+        const Vec3 face =
+            directionOr(glm::cross(mesh.positions[corners[1]] - a, mesh.positions[corners[2]] - a), Vec3(0));
+        for (int k = 0; k < 3; ++k)
+        {
+            Vec3& normal = mesh.normals[corners[k]];
+            const float facing = glm::dot(normal, face);
+            if (face == Vec3(0) || facing >= kLeastFacing)
+                continue;
+            normal = directionOr(normal + (kLeastFacing - facing) * face, face);
+            Vec4& tangent = mesh.tangents[corners[k]];
+            tangent = Vec4(sideNormalTo(normal, Vec3(tangent)), tangent.w);
+        }
+    }
+}
+
 } // namespace
 
 MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
@@ -489,11 +516,14 @@ MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
     }
 
     const std::size_t firstVertex = mesh.positions.size();
+    const std::size_t firstIndex = mesh.indices.size();
     mesh.resizeVertices(vertices, kept.streams);
     cursors.open(MeshMaterial::Bark, mesh);
     TubeWriter writer(plan, bark, mesh, firstVertex, cursors);
     for (const Tube& tube : scratch.tubes)
         writer.write(tube);
+    if (isWelded)
+        turnToFront(mesh, firstIndex);
     return MeshResult::Ok;
 }
 

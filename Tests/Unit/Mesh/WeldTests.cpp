@@ -38,8 +38,8 @@ Meshed meshed(const Skeleton& skeleton, const TubeSettings& settings = kWelded)
     return m;
 }
 
-/// A trunk with branches all round one joint.
-Skeleton whorl(std::uint32_t branches, float radius)
+/// A trunk with branches all round one joint, that rise by `rise` metres on their first half metre outwards.
+Skeleton whorl(std::uint32_t branches, float radius, double rise = 0.2)
 {
     Skeleton skeleton;
     skeleton.widthsGiven = true;
@@ -48,7 +48,7 @@ Skeleton whorl(std::uint32_t branches, float radius)
     for (std::uint32_t i = 0; i < branches; ++i)
     {
         const math::SinCos turn = math::sinCosDegrees(360.0 * i / branches + 10);
-        const Vec3 aside(DVec3(0.5 * turn.cos, 0.2, 0.5 * turn.sin));
+        const Vec3 aside(DVec3(0.5 * turn.cos, rise, 0.5 * turn.sin));
         grow(skeleton, grow(skeleton, trunk, aside, radius), aside, radius);
     }
     completeAxes(skeleton, {});
@@ -210,6 +210,33 @@ TEST(Weld, AFootSharesPlaceNormalTintAndSourceWithItsParent)
         EXPECT_EQ(m.mesh.sources[i], m.mesh.sources[found->second]);
     }
     EXPECT_GT(doubled, 30u);
+}
+
+TEST(Weld, NormalsStandBeforeTheirTriangles)
+{
+    // Steep branches on few sides: what parent and branch share stood behind the triangles of the crotch, and renderers
+    // that take the side of a surface from its normals drew them black.
+    double area = 0;
+    double behind = 0;
+    for (std::uint32_t branches = 1; branches < 6; ++branches)
+    {
+        const Meshed m = meshed(whorl(branches, 0.03f, 1.5), {.maxSides = 4, .joints = TubeJoints::Weld});
+        ASSERT_EQ(m.result, MeshResult::Ok);
+        expectGoodVertices(m.mesh);
+        for (std::size_t i = 0; i < m.mesh.indices.size(); i += 3)
+        {
+            const std::uint32_t* const corner = &m.mesh.indices[i];
+            const Vec3 face = glm::cross(m.mesh.positions[corner[1]] - m.mesh.positions[corner[0]],
+                                         m.mesh.positions[corner[2]] - m.mesh.positions[corner[0]]);
+            for (int k = 0; k < 3; ++k)
+            {
+                const auto third = static_cast<double>(glm::length(face)) / 3;
+                area += third;
+                behind += glm::dot(face, m.mesh.normals[corner[k]]) > 0 ? 0 : third;
+            }
+        }
+    }
+    EXPECT_LT(behind / area, 1e-4);
 }
 
 TEST(Weld, BarkRunsOnOverTheSeam)
