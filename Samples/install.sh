@@ -11,7 +11,7 @@ packages=(g++ make cmake libglm-dev libtinygltf-dev libembree-dev libtbb-dev nlo
 case "${1:-}" in
     "") ;;
     --tests | --acceptance)
-        packages+=(libgtest-dev libbenchmark-dev clang libclang-rt-14-dev clang-format)
+        packages+=(libgtest-dev libbenchmark-dev clang libclang-rt-14-dev clang-format glslang-tools)
         # Debian's npm brings 500 MB; a Node.js from elsewhere serves as well.
         if ! command -v node > /dev/null || ! command -v npm > /dev/null; then
             packages+=(nodejs npm ca-certificates)

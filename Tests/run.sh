@@ -95,6 +95,13 @@ check_format()
         xargs -0 clang-format --dry-run -Werror && passed=$((passed + 1))
 }
 
+# The shaders that ship are GLSL.
+check_shaders()
+{
+    local shaders=(Content/Shaders/*)
+    glslangValidator "${shaders[@]}" && passed=$((passed + ${#shaders[@]}))
+}
+
 # Trees of both presets, for the validator.
 bake_trees()
 (
@@ -122,7 +129,7 @@ bake_dressed()
             # shellcheck disable=SC2086
             Build/release/bin/espalier grow "$folder/$name.species" --seed "$seeds" --lod "$levels" --textures 64 \
                 --profile $profile --wind $wind $more -o "$folder/$name-$profile-$wind.glb" || exit
-        done <<< $'portable generic --translucent\nquantized bones\ncompressed generic --together\nportable crytek --branches weld'
+        done <<< $'portable generic --translucent\nquantized bones --impostor cards --atlas 64\ncompressed generic --together\nportable crytek --branches weld'
     done
 )
 
@@ -259,6 +266,7 @@ else
 fi
 if [ $# -eq 0 ]; then
     must "Check the format" check_format
+    must "Check the shaders" check_shaders
     suite asan all
     suite debug espalier_golden -L golden
     suite clang espalier_golden -L golden

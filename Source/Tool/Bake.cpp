@@ -116,8 +116,8 @@ void BakeChoices::addTo(CLI::App& verb)
                   "Tell of each level what it covers and how far its outline is off, beside the full plant from eight "
                   "sides, in pixels of its error; takes some seconds a level");
     verb.add_option("--impostor", impostor,
-                    "Pictures that stand for the plant from afar: cards: four that cross, in out-impostor.glb (with "
-                    "--together the last level); octahedral: all sides in an atlas for a shader, out-impostor.json "
+                    "Pictures that stand for the plant from afar: cards: four that cross, in out-impostor.glb; "
+                    "octahedral: all sides in an atlas for a shader, out-impostor.json "
                     "(Source/Espalier/Mesh/IMPOSTOR.md)")
         ->check(CLI::IsMember(names(kImpostors)))
         ->capture_default_str();
@@ -132,7 +132,7 @@ void BakeChoices::addTo(CLI::App& verb)
 bool BakeChoices::writesSeveral() const
 {
     const auto [first, last] = parseLevels(levels);
-    return (first != last && !together) || collision || (impostor != "none" && !(together && impostor == "cards"));
+    return (first != last && !together) || collision || impostor != "none";
 }
 
 PlantBaker::PlantBaker(const BakeChoices& choices, const Appearance& appearance, std::string path)
@@ -195,7 +195,6 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
     std::vector<Level> levels;
     float coarsest = 0;
     nlohmann::ordered_json made = nlohmann::ordered_json::array();
-    nlohmann::ordered_json others = nlohmann::ordered_json::array();
     for (std::uint32_t lod = first; lod <= last; ++lod)
     {
         Level level;
@@ -224,25 +223,6 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
             writeGlbOf(levels, lod, info, path);
         levels.clear();
     }
-    if (impostor)
-    {
-        paintImpostorOf(label, *impostor);
-        if (*impostor == ImpostorKind::Octahedral)
-            others.push_back(writeFrames(label, output));
-        else
-        {
-            nlohmann::ordered_json facts{{"file", impostorPath(output, ".glb").string()}};
-            facts.update(addCards(coarsest, levels));
-            if (choices_.together)
-                made.push_back(std::move(facts));
-            else
-            {
-                writeGlbOf(levels, last + 1, info, impostorPath(output, ".glb"));
-                others.push_back(std::move(facts));
-                levels.clear();
-            }
-        }
-    }
     if (choices_.together)
     {
         writeGlbOf(levels, first, info, output);
@@ -256,19 +236,31 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
         file["levels"] = std::move(made);
         made = nlohmann::ordered_json::array({std::move(file)});
     }
-    made.insert(made.end(), others.begin(), others.end());
+    if (impostor)
+        made.push_back(writeImpostor(*impostor, coarsest, info, label, output));
     if (choices_.collision)
         made.push_back(
             writeCollision(skeleton, label, std::filesystem::path(output).replace_extension(".collision.json")));
     return made;
 }
 
-/// Paints the full plant.
-void PlantBaker::paintImpostorOf(const std::string& label, ImpostorKind kind)
+/// Pictures of the full plant, as cards in a GLB or as an atlas for a shader. Readers of MSFT_lod load coarse levels
+/// first, and Babylon.js loses its way where the pictures of a coarse one come after a finer one: so cards have a file
+/// of their own whatever the levels have. `coarsest` is the error of the last of these.
+nlohmann::ordered_json PlantBaker::writeImpostor(ImpostorKind kind, float coarsest, const BakeInfo& info,
+                                                 const std::string& label, const std::filesystem::path& output)
 {
     impostor_ = makeImpostor(full_, kind);
     atlas_ =
         orFail(paintImpostor({&full_, &appearance_, label}, impostor_, {.size = choices_.atlas}, terminalProgress()));
+    const float error = std::max(impostorError(impostor_, atlas_.colour.width), coarsest);
+    nlohmann::ordered_json facts = kind == ImpostorKind::Cards ? writeCards(error, info, impostorPath(output, ".glb"))
+                                                               : writeFrames(error, label, output);
+    facts["texels"] = atlas_.colour.width;
+    facts["error"] = error;
+    if (choices_.differences)
+        addImpostorDifferences(facts);
+    return facts;
 }
 
 /// What it covers and how bright it is beside the plant: the least and the most of eight sides.
@@ -290,36 +282,30 @@ void PlantBaker::addImpostorDifferences(nlohmann::ordered_json& facts) const
     facts["colours"] = colour;
 }
 
-/// Facts of the cards, which become one more level.
-nlohmann::ordered_json PlantBaker::addCards(float coarsest, std::vector<Level>& levels) const
+nlohmann::ordered_json PlantBaker::writeCards(float error, BakeInfo info, const std::filesystem::path& path) const
 {
-    Level level;
-    meshCards(impostor_, level.mesh);
-    level.error = std::max(impostorError(impostor_, atlas_.colour.width), coarsest);
-    if (preset_ == WindPreset::Bones && !levels.empty())
-    {
-        // They stand as stiff as the trunk's foot.
-        level.skin.joints = levels[0].skin.joints;
-        level.skin.influences.assign(level.mesh.positions.size(), {.weights = {255, 0, 0, 0}});
-    }
-    nlohmann::ordered_json facts{{"vertices", level.mesh.positions.size()},
-                                 {"triangles", level.mesh.indices.size() / 3},
-                                 {"texels", atlas_.colour.width},
-                                 {"error", level.error}};
-    if (choices_.differences)
-        addImpostorDifferences(facts);
-    levels.push_back(std::move(level));
-    return facts;
+    TreeMesh cards;
+    meshCards(impostor_, cards);
+    info.wind.reset();                                                // they stand still
+    std::vector<EncodedImages> images(1 + appearance_.leaves.size()); // none: those of bark and leaves come first
+    images.push_back(encode(atlas_));
+    BakedLevel level;
+    level.mesh = &cards;
+    level.lod = parseLevels(choices_.levels).second + 1;
+    level.error = error;
+    orFail(writeGlb(path, {.levels = {&level, 1}, .images = images, .joints = {}}, appearance_, info,
+                    {.encoding = kProfiles.at(choices_.profile)}));
+    return {{"file", path.string()}, {"vertices", cards.positions.size()}, {"triangles", cards.indices.size() / 3}};
 }
 
 /// The atlas of an octahedral impostor and what a shader needs to know of it.
-nlohmann::ordered_json PlantBaker::writeFrames(const std::string& label, const std::filesystem::path& output) const
+nlohmann::ordered_json PlantBaker::writeFrames(float error, const std::string& label,
+                                               const std::filesystem::path& output) const
 {
     const std::filesystem::path path = impostorPath(output, ".json");
     const std::filesystem::path colour = impostorPath(output, "-colour.png");
     const std::filesystem::path normal = impostorPath(output, "-normal.png");
     const std::filesystem::path roughness = impostorPath(output, "-roughness.png");
-    const float error = impostorError(impostor_, atlas_.colour.width);
     const nlohmann::ordered_json document{{"espalier", "impostor"},
                                           {"version", 1},
                                           {"plant", label},
@@ -335,13 +321,7 @@ nlohmann::ordered_json PlantBaker::writeFrames(const std::string& label, const s
     orFail(writeFileAtomically(normal, encodePng(atlas_.normal)));
     orFail(writeFileAtomically(roughness, encodePng(atlas_.roughness)));
     orFail(writeFileAtomically(path, document.dump(1) + "\n"));
-    nlohmann::ordered_json facts{{"file", path.string()},
-                                 {"frames", impostor_.frames.size()},
-                                 {"texels", atlas_.colour.width},
-                                 {"error", error}};
-    if (choices_.differences)
-        addImpostorDifferences(facts);
-    return facts;
+    return {{"file", path.string()}, {"frames", impostor_.frames.size()}};
 }
 
 void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
@@ -362,18 +342,8 @@ void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLo
                          .furtherUvs = uvs[i],
                          .influences = level.skin.influences});
     }
-    const bool hasCards = levels.back().mesh.parts[0].material == MeshMaterial::Cards;
-    std::vector<EncodedImages> withCards;
-    if (hasCards) // whose images follow those of all leaves
-    {
-        if (levels.size() > 1)
-            withCards = images_;
-        withCards.resize(1 + appearance_.leaves.size());
-        withCards.push_back(encode(atlas_));
-    }
-    const std::span<const EncodedImages> images = hasCards ? withCards : images_;
     const BakeOptions options{.encoding = kProfiles.at(choices_.profile), .translucentLeaves = choices_.translucent};
-    orFail(writeGlb(path, {.levels = baked, .images = images, .joints = levels[0].skin.joints}, appearance_, info,
+    orFail(writeGlb(path, {.levels = baked, .images = images_, .joints = levels[0].skin.joints}, appearance_, info,
                     options));
 }
 

@@ -69,9 +69,11 @@ private:
     void addWind(const Skeleton& skeleton, Level& level);
     void addDifferences(const Level& level, nlohmann::ordered_json& facts);
     void addImpostorDifferences(nlohmann::ordered_json& facts) const;
-    void paintImpostorOf(const std::string& label, ImpostorKind kind);
-    nlohmann::ordered_json addCards(float coarsest, std::vector<Level>& levels) const;
-    nlohmann::ordered_json writeFrames(const std::string& label, const std::filesystem::path& path) const;
+    nlohmann::ordered_json writeImpostor(ImpostorKind kind, float coarsest, const BakeInfo& info,
+                                         const std::string& label, const std::filesystem::path& output);
+    nlohmann::ordered_json writeCards(float error, BakeInfo info, const std::filesystem::path& path) const;
+    nlohmann::ordered_json writeFrames(float error, const std::string& label,
+                                       const std::filesystem::path& output) const;
     void writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
                     const std::filesystem::path& path) const;
     void writeTextures(const std::filesystem::path& folder);

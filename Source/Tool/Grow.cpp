@@ -44,7 +44,7 @@ bool wantsSkeletons(const GrowCommand& command)
         failUsage("grow: " + command.output +
                   ": a skeleton has no levels, wind data or shapes; expected an output that "
                   "ends in .glb");
-    if (const auto [first, last] = parseLevels(bake.levels); bake.together && first == last && bake.impostor != "cards")
+    if (const auto [first, last] = parseLevels(bake.levels); bake.together && first == last)
         failUsage("grow: --together puts several levels into one file; expected a range, such as --lod 0..4");
     return ending == ".swc";
 }
