@@ -430,7 +430,8 @@ MeshResult meshLeaves(const Foliage& foliage, std::span<const LeafAppearance> ki
             if (thinned.keeps(leaves[i]))
             {
                 const auto organ = static_cast<std::uint32_t>(kept.firstOrgan + foliage.starts[k] + i);
-                writer.write(leaves[i], thinned.lengthOf(leaves[i]), {leaves[i].segment, organ}, scratch.patterns[k]);
+                writer.write(leaves[i], thinned.lengthOf(leaves[i]), {leaves[i].segment, organ, leaves[i].lot},
+                             scratch.patterns[k]);
                 ++count;
             }
         if (count == 0)
