@@ -701,6 +701,45 @@ TEST(LeafMesher, LargerErrorsKeepSomeOfTheLeavesAndTheArea)
     EXPECT_LT(before.size(), foliage.leaves.size() / 10);
 }
 
+/// As MikkTSpace has them: along u in the triangles round a vertex, though bent normals may lean out of these.
+TEST(LeafMesher, TangentsRunAlongUWhereNormalsAreBentToo)
+{
+    for (const LeafForm form : {LeafForm::Blade, LeafForm::Crossed})
+    {
+        LeafAppearance kind = plainLeaf();
+        kind.form = form;
+        kind.fold = 0.5f;
+        kind.arch = 0.15f;
+        kind.crownNormals = 0.8f;
+        kind.angleSpread = 0.5f;
+        const TreeMesh mesh = meshed(drawn("Birch"), {kind});
+        double sum = 0;
+        for (std::size_t t = 0; t < mesh.indices.size(); t += 3)
+        {
+            const std::uint32_t origin = mesh.indices[t];
+            const Vec3 a = mesh.positions[mesh.indices[t + 1]] - mesh.positions[origin];
+            const Vec3 b = mesh.positions[mesh.indices[t + 2]] - mesh.positions[origin];
+            const Vec2 u = mesh.uvs[mesh.indices[t + 1]] - mesh.uvs[origin];
+            const Vec2 v = mesh.uvs[mesh.indices[t + 2]] - mesh.uvs[origin];
+            const Vec3 alongU = (v.y * a - u.y * b) * (u.x * v.y - u.y * v.x);
+            double most = 0;
+            double least = 180;
+            for (std::size_t corner = t; corner < t + 3; ++corner)
+            {
+                const Vec3 normal = mesh.normals[mesh.indices[corner]];
+                const Vec3 flat = alongU - glm::dot(alongU, normal) * normal;
+                const double angle = degreesBetween(flat, Vec3(mesh.tangents[mesh.indices[corner]]));
+                most = std::max(most, angle);
+                least = std::min(least, angle);
+                sum += angle;
+            }
+            ASSERT_LT(least, 0.1) << "but on the midrib, which lies between two halves";
+            ASSERT_LT(most, 60);
+        }
+        EXPECT_LT(sum / static_cast<double>(mesh.indices.size()), form == LeafForm::Crossed ? 0.01 : 20);
+    }
+}
+
 TEST(Foliage, KeepsAllOtherLeavesWhenABranchIsCut)
 {
     for (const char* name : {"Oak", "Birch", "Spruce"})
