@@ -30,10 +30,10 @@ struct ThinningScratch
 /// Branches thinner than `error` are too thin to be seen one by one. Of those with a share s of it as their width, a
 /// share s is kept, and made 1 / s as wide: together they cover what all did (stochastic simplification; Cook,
 /// Halstead, Planck and Ryu, "Stochastic simplification of aggregate detail", ACM TOG 26, 2007). Which are kept is a
-/// function of their places (hashPlaces), and what a larger error keeps a smaller one kept too, so nothing
-/// comes back on the way. A branch goes with all that it bears; leaves and fruits of those that stay grow by the square
-/// root of 1 / s. The trunk stays. Corners of an axis that lie within half of the error of the straight way are left
-/// out, but for those where branches leave.
+/// function of their places (hashPlaces), and what a larger error keeps a smaller one kept too, so nothing comes back
+/// on the way. A branch goes with all that it bears; leaves and fruits of those that stay grow by the square root of 1
+/// / s. The trunk stays. Corners of an axis that lie within half of the error of the straight way are left out, but for
+/// those where branches leave.
 ///
 /// An error that is not positive changes nothing. The plant needs its axes (completeAxes) and must be sound (isSound);
 /// so is what comes out. Equal input gives equal bytes. Safe to call concurrently on different scratches and plants.

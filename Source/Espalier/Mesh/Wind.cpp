@@ -181,7 +181,7 @@ private:
         find(skeleton_.organs);
     }
 
-    /// Of a leaf, fruit or petal. What the foliage has tells its place by its lot, an even number of 21 bits.
+    /// Of a leaf, fruit or petal. What the foliage has tells its place by its lot, which is spread over 21 bits.
     [[nodiscard]] RandomKey placeOf(const VertexSource& source) const
     {
         if (source.organ < scratch_.shapes.size())

@@ -1,10 +1,10 @@
 // Tangents of GLB files beside those that MikkTSpace makes of the same positions, normals and texture coordinates:
 //   npm ci; node mikktspace.mjs FILE_OR_FOLDER...
-// Normal maps are read in the frame of the tangents, and baking tools and engines that make their own take MikkTSpace's.
-// A line a file and material: the mean angle between both, and shares of the surface beyond some angles. Corners count by
-// the area of their triangle; those of triangles without area, on the surface or in the texture, have no tangent in
-// MikkTSpace and are left out. A file fails where a single bitangent is on the other side, or where a mean is too large.
-// Then "N files, F failed". Exit: 0 all good, 1 a file failed, 2 no file found.
+// Normal maps are read in the frame of the tangents, and baking tools and engines that make their own take
+// MikkTSpace's. A line a file and material: the mean angle between both, and shares of the surface beyond some angles.
+// Corners count by the area of their triangle; those of triangles without area, on the surface or in the texture, have
+// no tangent in MikkTSpace and are left out. A file fails where a single bitangent is on the other side, or where a
+// mean is too large. Then "N files, F failed". Exit: 0 all good, 1 a file failed, 2 no file found.
 //
 // What remains between both is meant: MikkTSpace sees a surface end where its texture does, so that beside a seam its
 // tangents are those of one facet, and takes facets as they lie, where ours follow the round limb. Of few sides, or
