@@ -2,21 +2,18 @@
 // .golden files beside this one. Every compiler and optimisation must reproduce them. A change of results is meant to
 // be seen: say in its commit why, and write the files anew with ESPALIER_UPDATE_GOLDEN=1.
 
+#include "GoldenFile.h"
+
 #include <Espalier/Archetype/Archetype.h>
-#include <Espalier/Core/File.h>
 #include <Espalier/Core/Hash.h>
 #include <Espalier/Inference/Inference.h>
 #include <Espalier/Mesh/TubeMesher.h>
 #include <Espalier/Species/Grow.h>
-#include <cstdlib>
 #include <gtest/gtest.h>
-#include <sstream>
 
 namespace espalier {
 
 namespace {
-
-const std::filesystem::path kFolder = std::filesystem::path(ESPALIER_SOURCE_ROOT) / "Tests" / "Golden";
 
 /// One golden file: an archetype of Data/, inferred by a preset and grown from seeds 1, 2, 3, ...
 struct Scene
@@ -40,20 +37,10 @@ constexpr Scene kScenes[] = {
     {"BushHelberg", "Bush.archetype", "helberg", 10},
 };
 
-std::string hex(std::uint64_t value)
-{
-    std::ostringstream text;
-    text << std::hex;
-    text.width(16);
-    text.fill('0');
-    text << value;
-    return text.str();
-}
-
 /// The lines of a golden file. The species stands first: where it differs already, the seeds say nothing more.
 Expected<std::vector<std::string>> reproduce(const Scene& scene)
 {
-    const auto archetype = loadArchetype(kFolder / "Data" / scene.archetype);
+    const auto archetype = loadArchetype(golden::kFolder / "Data" / scene.archetype);
     if (!archetype)
         return tl::make_unexpected(archetype.error());
     const auto species =
@@ -64,7 +51,7 @@ Expected<std::vector<std::string>> reproduce(const Scene& scene)
     if (!grower)
         return tl::make_unexpected(grower.error());
 
-    std::vector<std::string> lines{"species " + hex(hashOf(*species))};
+    std::vector<std::string> lines{"species " + hexDigits(hashOf(*species))};
     GrowScratch growScratch;
     TubeScratch tubeScratch;
     Skeleton skeleton;
@@ -75,42 +62,10 @@ Expected<std::vector<std::string>> reproduce(const Scene& scene)
         TreeMesh mesh;
         if (meshTubes(skeleton, species->appearance.bark, {}, {}, tubeScratch, mesh) != MeshResult::Ok)
             return failure(ErrorKind::BadInput, {}, "seed " + std::to_string(seed) + " has no mesh");
-        lines.push_back("seed " + std::to_string(seed) + " skeleton " + hex(hashOf(skeleton)) + " mesh " +
-                        hex(hashOf(mesh)));
+        lines.push_back("seed " + std::to_string(seed) + " skeleton " + hexDigits(hashOf(skeleton)) + " mesh " +
+                        hexDigits(hashOf(mesh)));
     }
     return lines;
-}
-
-std::filesystem::path goldenFile(const Scene& scene)
-{
-    return kFolder / (std::string(scene.name) + ".golden");
-}
-
-/// Lines of a text, comments left out.
-std::vector<std::string> linesOf(const std::string& text)
-{
-    std::vector<std::string> lines;
-    std::istringstream in(text);
-    for (std::string line; std::getline(in, line);)
-        if (!line.empty() && line[0] != '#')
-            lines.push_back(line);
-    return lines;
-}
-
-bool updating()
-{
-    const char* const value = std::getenv("ESPALIER_UPDATE_GOLDEN");
-    return value != nullptr && std::string_view(value) == "1";
-}
-
-Expected<void> update(const Scene& scene, const std::vector<std::string>& lines)
-{
-    std::string text = "# " + std::string(scene.archetype) + " by the preset " + std::string(scene.preset) +
-                       ": hashes of the species' text, of each seed's skeleton and of its mesh.\n"
-                       "# Written by espalier_golden with ESPALIER_UPDATE_GOLDEN=1.\n";
-    for (const std::string& line : lines)
-        text += line + '\n';
-    return writeFileAtomically(goldenFile(scene), text);
 }
 
 } // namespace
@@ -123,21 +78,10 @@ TEST_P(Golden, ReproducesItsFile)
     const Scene& scene = GetParam();
     const auto lines = reproduce(scene);
     ASSERT_TRUE(lines) << toString(lines.error());
-    const std::string advice =
-        "\nIf this change is wanted, write the golden files anew with ESPALIER_UPDATE_GOLDEN=1 espalier_golden "
-        "and say in the commit why.";
-    if (updating())
-    {
-        const auto done = update(scene, *lines);
-        ASSERT_TRUE(done) << toString(done.error());
-    }
-    const auto text = readTextFile(goldenFile(scene), Limits{}.fileBytes);
-    ASSERT_TRUE(text) << toString(text.error()) << advice;
-    const std::vector<std::string> golden = linesOf(*text);
-    ASSERT_EQ(lines->size(), golden.size()) << goldenFile(scene) << " is of another test." << advice;
-    for (std::size_t i = 0; i < golden.size(); ++i)
-        ASSERT_EQ((*lines)[i], golden[i])
-            << "This is the first line of " << goldenFile(scene) << " that differs." << advice;
+    golden::expectFile(scene.name,
+                       std::string(scene.archetype) + " by the preset " + std::string(scene.preset) +
+                           ": hashes of the species' text, of each seed's skeleton and of its mesh.",
+                       *lines);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, Golden, testing::ValuesIn(kScenes),

@@ -4,6 +4,7 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Random.h>
 #include <Espalier/Mesh/RingFrames.h>
+#include <Espalier/Plant/Places.h>
 #include <Espalier/Species/LeafOutline.h>
 #include <algorithm>
 #include <cmath>
@@ -128,6 +129,7 @@ public:
     [[nodiscard]] MeshResult place()
     {
         scratch_.candidates.clear();
+        hashPlaces(skeleton_, scratch_.places);
         for (std::uint32_t i = 0; i < skeleton_.size(); ++i)
         {
             if (!startsShoot(skeleton_, i) || !gatherJoints(i))
@@ -211,7 +213,7 @@ private:
     {
         sampleShoot(segment);
         const float base = parentRadius(segment);
-        const RandomKey shoot = RandomKey(kLeaves).child(segment);
+        const RandomKey shoot = RandomKey(kLeaves).child(scratch_.places[segment]);
         for (std::uint32_t k = 0; k < kinds_.size(); ++k)
         {
             const MeshResult result = placeKind(withinRanges(kinds_[k]), k, base, shoot.child(k));

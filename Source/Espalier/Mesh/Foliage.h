@@ -22,6 +22,7 @@ struct PlacedLeaf
     std::uint32_t segment = kNoSegment; ///< Of the skeleton: what it stands on.
     Vec3 face{0};                       ///< Unit, normal to the heading: its upper side looks there.
     float lot = 0;                      ///< [0, 1), even: where only a share s of leaves is wanted, those below s stay.
+                                        ///< From its place alone, whatever number it has.
     Vec3 outward{0};                    ///< Unit: out of the crown.
     Tint tint;                          ///< Its shade of the kind's colour, darker inside the crown.
 
@@ -56,6 +57,7 @@ struct FoliageScratch
         float share = 1;
     };
     std::vector<Cover> covers;
+    std::vector<std::uint64_t> places; ///< Of each segment (hashPlaces).
     std::vector<AxisJoint> joints;
     std::vector<CurvePoint> points;
     std::vector<Vec3> sides; ///< Of each point: across the shoot, without twist.
@@ -75,8 +77,9 @@ struct FoliageScratch
 /// the axis in a frame that does not twist; two ranks lie left and right of the axis as `facing` makes their faces look
 /// up. Fewer stand where the crown takes their light away (FoliageLight), and they are darker there.
 ///
-/// Everything random is a function of the first segment of the axis, the kind and the node, so that a plant always has
-/// the same leaves, and a smaller `density` or more shade leave out some and move none. Linear time.
+/// Everything random is a function of the place where the shoot begins (hashPlaces), the kind and the node, so that a
+/// plant always has the same leaves; one that loses a branch keeps all others, but for what more light does to them;
+/// and a smaller `density` or more shade leave out some and move none. Linear time.
 ///
 /// TooManyVertices if leaves, four vertices each, or nodes, whether they bear leaves or not, would exceed
 /// Limits::vertices; known before the memory is taken. EmptySkeleton if there is nothing to place. Whatever the

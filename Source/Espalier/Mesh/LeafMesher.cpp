@@ -196,8 +196,10 @@ void layBlade(const LeafAppearance& kind, const Hexagon& hexagon, float bend, fl
         {
             const float side = 2 * static_cast<float>(column) / static_cast<float>(columns - 1) - 1;
             const float x = side * rows[i].half * halfWidth;
+            // Along u in the half that it is in, or between both: what bends normals leaves tangents as they would be.
+            const Vec3 right = isFolded ? Vec3(across.x, 0, side * across.z) : kRight;
             maker.add({x * across.x, y, height + std::abs(x) * across.z}, {0.5f + 0.5f * side * rows[i].half, y}, kUp,
-                      kRight);
+                      directionOr(right, kRight));
         }
     }
     for (std::uint32_t i = 0; i + 1 < count; ++i)
@@ -430,7 +432,8 @@ MeshResult meshLeaves(const Foliage& foliage, std::span<const LeafAppearance> ki
             if (thinned.keeps(leaves[i]))
             {
                 const auto organ = static_cast<std::uint32_t>(kept.firstOrgan + foliage.starts[k] + i);
-                writer.write(leaves[i], thinned.lengthOf(leaves[i]), {leaves[i].segment, organ}, scratch.patterns[k]);
+                writer.write(leaves[i], thinned.lengthOf(leaves[i]), {leaves[i].segment, organ, leaves[i].lot},
+                             scratch.patterns[k]);
                 ++count;
             }
         if (count == 0)

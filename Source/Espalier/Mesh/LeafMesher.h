@@ -86,7 +86,7 @@ struct LeafCounts
 /// which wood is left: where leaves are thinned, twigs are far too thin to be missed, and the crown would fall apart if
 /// leaves went with them.
 ///
-/// Sources: the leaf's segment, and as its organ `firstOrgan` plus its index in `foliage`, whatever the error.
+/// Sources: the leaf's segment and lot, and as its organ `firstOrgan` plus its index in `foliage`, whatever the error.
 /// EmptySkeleton if there are no leaves. Requires: `foliage` is of these `kinds`. Equal input gives equal bytes. Safe
 /// to call concurrently on different meshes and scratches.
 [[nodiscard]] MeshResult meshLeaves(const Foliage& foliage, std::span<const LeafAppearance> kinds,

@@ -1,6 +1,7 @@
 #include <Espalier/Mesh/Thinning.h>
 
 #include <Espalier/Core/Random.h>
+#include <Espalier/Plant/Places.h>
 #include <algorithm>
 #include <cmath>
 
@@ -8,7 +9,7 @@ namespace espalier {
 
 namespace {
 
-/// Where the hash of a branch's place begins.
+/// Where the hashes of branches' places begin.
 constexpr Seed kBranches{0x7468696e6e696e67u};
 
 /// A corner further along an axis than so many segments from the last is kept, so that time stays linear.
@@ -44,6 +45,7 @@ private:
     void findAxes()
     {
         scratch_.axes.clear();
+        hashPlaces(full_, scratch_.places);
         scratch_.axisOf.resize(full_.size());
         for (std::uint32_t i = 0; i < full_.size(); ++i)
         {
@@ -60,7 +62,7 @@ private:
                 const ThinningScratch::Axis& mother = scratch_.axes[scratch_.axisOf[parent]];
                 axis.kept = std::min(mother.kept, 2 * full_.startRadii[i] / error_);
                 // Of the branches of mothers that are kept, a share kept : mother.kept.
-                const double lot = RandomKey(kBranches).child(i).uniform(Purpose::Sampling);
+                const double lot = RandomKey(kBranches).child(scratch_.places[i]).uniform(Purpose::Sampling);
                 axis.isKept = mother.isKept && lot * static_cast<double>(mother.kept) < static_cast<double>(axis.kept);
             }
             scratch_.axes.push_back(axis);

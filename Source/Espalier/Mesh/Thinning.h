@@ -17,6 +17,7 @@ struct ThinningScratch
         bool isKept = true;
     };
     std::vector<Axis> axes;
+    std::vector<std::uint64_t> places;    ///< Of each segment (hashPlaces).
     std::vector<std::uint32_t> axisOf;    ///< Of each segment.
     std::vector<std::uint8_t> isNeeded;   ///< Of each segment: its end is a corner that stays.
     std::vector<std::uint32_t> thinnedOf; ///< Of each segment: the one of the thinned plant that it is in.
@@ -29,10 +30,10 @@ struct ThinningScratch
 /// Branches thinner than `error` are too thin to be seen one by one. Of those with a share s of it as their width, a
 /// share s is kept, and made 1 / s as wide: together they cover what all did (stochastic simplification; Cook,
 /// Halstead, Planck and Ryu, "Stochastic simplification of aggregate detail", ACM TOG 26, 2007). Which are kept is a
-/// function of the branch's place in the skeleton, and what a larger error keeps a smaller one kept too, so nothing
-/// comes back on the way. A branch goes with all that it bears; leaves and fruits of those that stay grow by the square
-/// root of 1 / s. The trunk stays. Corners of an axis that lie within half of the error of the straight way are left
-/// out, but for those where branches leave.
+/// function of their places (hashPlaces), and what a larger error keeps a smaller one kept too, so nothing comes back
+/// on the way. A branch goes with all that it bears; leaves and fruits of those that stay grow by the square root of 1
+/// / s. The trunk stays. Corners of an axis that lie within half of the error of the straight way are left out, but for
+/// those where branches leave.
 ///
 /// An error that is not positive changes nothing. The plant needs its axes (completeAxes) and must be sound (isSound);
 /// so is what comes out. Equal input gives equal bytes. Safe to call concurrently on different scratches and plants.

@@ -104,6 +104,7 @@ std::uint64_t hashOf(const TreeMesh& mesh) noexcept
     {
         hash.value(source.segment);
         hash.value(source.organ);
+        hash.value(source.lot);
     }
     return hash.result();
 }

@@ -27,6 +27,9 @@ struct VertexSource
     std::uint32_t segment = 0;      ///< Of the skeleton: the vertex moves with it; kNoSegment at the base.
     std::uint32_t organ = kNoOrgan; ///< Of the whole plant: the vertices of one leaf, fruit or petal share a number.
 
+    /// Of a leaf of the foliage, PlacedLeaf::lot: from its place alone, as its number is not. 0 of all else.
+    float lot = 0;
+
     friend bool operator==(const VertexSource&, const VertexSource&) = default;
 };
 

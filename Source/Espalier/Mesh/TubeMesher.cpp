@@ -408,6 +408,15 @@ private:
         writeBaseVertex(ring, apex, -ring.tangent);
         for (std::uint32_t j = 0; j < tube.sides; ++j)
             writeTriangle(rim + tube.sides, rim + (j + 1) % tube.sides, rim + j);
+        // A cone that leans out over its rim would be mirrored there, unlike its tangents.
+        Vec2& tip = mesh_.uvs[rim + tube.sides];
+        for (std::uint32_t j = 0; j < tube.sides; ++j)
+        {
+            const Vec2 a = mesh_.uvs[rim + j] - tip;
+            const Vec2 b = mesh_.uvs[rim + (j + 1) % tube.sides] - tip;
+            if (a.x * b.y - a.y * b.x < 0)
+                tip = Vec2(0);
+        }
     }
 
     void writeBaseVertex(const TubeRing& ring, const Vec3& position, const Vec3& normal)

@@ -582,7 +582,13 @@ private:
         const UnrolledPoint point = unrolled(angle, along);
         if (point.y <= 0 || point.y >= height_ || plan_.triangulation.insert(point) == SheetTriangulation::kNoPoint)
             return false;
-        plan_.points.push_back(host_.pointAt(angle, along));
+        SheetPoint place = host_.pointAt(angle, along);
+        if (point.x == 0 && place.column > 0) // rounded on to the seam: where a turn begins, not where it ends
+        {
+            place.column = 0;
+            place.share = 0;
+        }
+        plan_.points.push_back(place);
         return true;
     }
 

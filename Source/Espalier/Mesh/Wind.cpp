@@ -2,6 +2,8 @@
 
 #include <Espalier/Core/Random.h>
 #include <Espalier/Mesh/AxisCurve.h>
+#include <Espalier/Mesh/Bounds.h>
+#include <Espalier/Plant/Places.h>
 #include <algorithm>
 #include <cmath>
 
@@ -91,7 +93,9 @@ public:
 
     void read()
     {
+        hashPlaces(skeleton_, scratch_.places);
         findAxes();
+        findShapes();
         for (std::uint32_t i = 0; i < wind_.elements.size(); ++i)
             plantFoot(i);
         wind_.vertices.resize(mesh_.positions.size());
@@ -134,7 +138,8 @@ private:
                 if (parent != kNoSegment)
                     element.parent = scratch_.axisOf[parent];
                 element.phase =
-                    static_cast<float>(RandomKey(kAxisPlaces).child(i).bits(Purpose::Sampling) >> 40) * 0x1p-24f;
+                    static_cast<float>(RandomKey(kAxisPlaces).child(scratch_.places[i]).bits(Purpose::Sampling) >> 40) *
+                    0x1p-24f;
                 scratch_.axisOf[i] = static_cast<std::uint32_t>(wind_.elements.size());
                 if (parent == kNoSegment && (trunk == kNoElement || element.radius > wind_.elements[trunk].radius))
                     trunk = scratch_.axisOf[i];
@@ -151,6 +156,38 @@ private:
             else
                 element.level = i == trunk ? 0 : 1;
         }
+    }
+
+    /// Places of what the skeleton draws, in the order in which meshShapes numbers it: of the segment that bears it,
+    /// and which of those that it bears.
+    void findShapes()
+    {
+        scratch_.shapes.clear();
+        if (skeleton_.polygons.empty() && skeleton_.spheres.empty() && skeleton_.organs.empty())
+            return;
+        scratch_.borne.assign(skeleton_.size(), 0);
+        std::uint32_t atBase = 0;
+        const auto find = [&](const auto& all) {
+            for (const auto& shape : all)
+            {
+                const bool isAtBase = shape.segment == kNoSegment;
+                const RandomKey bearer(Seed{isAtBase ? 0 : scratch_.places[shape.segment]});
+                std::uint32_t& number = isAtBase ? atBase : scratch_.borne[shape.segment];
+                scratch_.shapes.push_back(bearer.child(number++).value());
+            }
+        };
+        find(skeleton_.polygons);
+        find(skeleton_.spheres);
+        find(skeleton_.organs);
+    }
+
+    /// Of a leaf, fruit or petal. What the foliage has tells its place by its lot, which is spread over 21 bits.
+    [[nodiscard]] RandomKey placeOf(const VertexSource& source) const
+    {
+        if (source.organ < scratch_.shapes.size())
+            return RandomKey(kLeafPlaces).child(scratch_.shapes[source.organ]);
+        constexpr float kLots = 0x1p24f; // as many as a float tells apart
+        return RandomKey(kLeafPlaces).child(static_cast<std::uint32_t>(clampedTo(source.lot, 0, 1) * kLots));
     }
 
     /// What axis `index` inherits; its ancestors have been planted.
@@ -376,8 +413,7 @@ private:
             }
         footing /= std::max(lowest, 1.f);
         WindVertex leaf = vertexAt(source.segment, footing);
-        const RandomKey place = RandomKey(kLeafPlaces).child(source.organ);
-        leaf.leaf = static_cast<std::uint32_t>(place.bits(Purpose::Sampling) >> 56);
+        leaf.leaf = static_cast<std::uint32_t>(placeOf(source).bits(Purpose::Sampling) >> 56);
         const Vec3 span = mesh_.positions[tip] - footing;
         const float length = glm::length(span);
         const bool isBall = glm::length(normals) < kBall * static_cast<float>(end - first);

@@ -21,7 +21,7 @@ struct WindElement
     float extent = 0;                  ///< How far that is, metres.
     float radius = 0;                  ///< At its start, metres.
     float parentAlong = 0;             ///< WindVertex::along of its parent where it leaves, metres.
-    float phase = 0;                   ///< [0, 1), from a hash of its place.
+    float phase = 0;                   ///< [0, 1), from its place (hashPlaces).
     std::uint16_t level = 0;           ///< 0 the trunk, 1 boughs, 2 twigs, 3 and more what hangs on these.
 
     friend bool operator==(const WindElement&, const WindElement&) = default;
@@ -75,6 +75,9 @@ struct WindScratch
         float largest = 1; ///< The bend of its own at its tip, [0, 1].
     };
     std::vector<std::uint32_t> axisOf; ///< Of each segment.
+    std::vector<std::uint64_t> places; ///< Of each segment (hashPlaces).
+    std::vector<std::uint64_t> shapes; ///< Of each polygon, sphere and organ of the skeleton: likewise.
+    std::vector<std::uint32_t> borne;  ///< Of each segment: how many of them it has borne so far.
     /// Of each segment's end: the farthest from its axis' pivot so far, metres; before the pivot, how far it is there,
     /// negative.
     std::vector<float> reachOf;

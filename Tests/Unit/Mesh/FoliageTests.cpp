@@ -6,13 +6,16 @@
 #include <Espalier/Mesh/LeafMesher.h>
 #include <Espalier/Mesh/TreeMesher.h>
 #include <Espalier/Plant/Axes.h>
+#include <Espalier/Species/AppearanceFile.h>
 #include <Espalier/Species/LeafOutline.h>
 #include <Plant/SampleSkeletons.h>
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <limits>
 #include <utility>
 #include <vector>
@@ -96,6 +99,64 @@ TreeMesh meshed(const Skeleton& skeleton, const std::vector<LeafAppearance>& kin
     const MeshResult result = meshLeaves(placed(skeleton, kinds), kinds, settings, {}, scratch, mesh);
     EXPECT_EQ(result, MeshResult::Ok);
     return mesh;
+}
+
+/// The kinds of a species of Content, light left out.
+std::vector<LeafAppearance> kindsOf(const std::string& name)
+{
+    const std::filesystem::path file = std::filesystem::path(ESPALIER_SOURCE_ROOT) / "Content" / (name + ".appearance");
+    std::vector<LeafAppearance> kinds = loadAppearance(file).value().leaves;
+    for (LeafAppearance& kind : kinds)
+        kind.shade = 0;
+    return kinds;
+}
+
+/// The first segment of each segment's axis.
+std::vector<std::uint32_t> axesOf(const Skeleton& skeleton)
+{
+    std::vector<std::uint32_t> axes(skeleton.size());
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+        axes[i] = skeleton.startsAxis(i) ? i : axes[skeleton.parents[i]];
+    return axes;
+}
+
+/// Every bit of each leaf but those that light has a say in, in an order of their own; `nameOf` gives segments names,
+/// and kNoSegment to those that are left out.
+template <class NameOf>
+std::vector<std::array<std::uint32_t, 13>> bitsOf(const Foliage& foliage, const NameOf& nameOf)
+{
+    std::vector<std::array<std::uint32_t, 13>> all;
+    for (std::uint32_t kind = 0; kind < kMaxLeafKinds; ++kind)
+        for (const PlacedLeaf& leaf : foliage.ofKind(kind))
+        {
+            const std::uint32_t name = nameOf(leaf.segment);
+            if (name == kNoSegment)
+                continue;
+            const auto bits = [](float value) { return std::bit_cast<std::uint32_t>(value); };
+            all.push_back({name, kind, bits(leaf.lot), bits(leaf.length), bits(leaf.foot.x), bits(leaf.foot.y),
+                           bits(leaf.foot.z), bits(leaf.heading.x), bits(leaf.heading.y), bits(leaf.heading.z),
+                           bits(leaf.face.x), bits(leaf.face.y), bits(leaf.face.z)});
+        }
+    std::ranges::sort(all);
+    return all;
+}
+
+/// Leaves that `full` has and its segments `order`, renumbered, do not, or the other way round; those on cut wood and
+/// on the axis `except` do not count.
+std::size_t leavesThatDiffer(const Skeleton& full, const std::vector<std::uint32_t>& order,
+                             const std::vector<LeafAppearance>& kinds, std::uint32_t except = kNoSegment)
+{
+    const std::vector<std::uint32_t> axes = axesOf(full);
+    std::vector<bool> isKept(full.size(), false);
+    for (const std::uint32_t i : order)
+        isKept[i] = axes[i] != except;
+    const auto before = bitsOf(placed(full, kinds), [&](std::uint32_t i) { return isKept[i] ? i : kNoSegment; });
+    const auto after = bitsOf(placed(samples::renumbered(full, order), kinds),
+                              [&](std::uint32_t i) { return isKept[order[i]] ? order[i] : kNoSegment; });
+    EXPECT_GT(after.size(), 300u);
+    std::vector<std::array<std::uint32_t, 13>> differing;
+    std::ranges::set_symmetric_difference(before, after, std::back_inserter(differing));
+    return differing.size();
 }
 
 /// Unit normals and tangents at right angles, triangles whose front is where their normals point, indices in range, and
@@ -638,6 +699,96 @@ TEST(LeafMesher, LargerErrorsKeepSomeOfTheLeavesAndTheArea)
         before = organs;
     }
     EXPECT_LT(before.size(), foliage.leaves.size() / 10);
+}
+
+/// As MikkTSpace has them: along u in the triangles round a vertex, though bent normals may lean out of these.
+TEST(LeafMesher, TangentsRunAlongUWhereNormalsAreBentToo)
+{
+    for (const LeafForm form : {LeafForm::Blade, LeafForm::Crossed})
+    {
+        LeafAppearance kind = plainLeaf();
+        kind.form = form;
+        kind.fold = 0.5f;
+        kind.arch = 0.15f;
+        kind.crownNormals = 0.8f;
+        kind.angleSpread = 0.5f;
+        const TreeMesh mesh = meshed(drawn("Birch"), {kind});
+        double sum = 0;
+        for (std::size_t t = 0; t < mesh.indices.size(); t += 3)
+        {
+            const std::uint32_t origin = mesh.indices[t];
+            const Vec3 a = mesh.positions[mesh.indices[t + 1]] - mesh.positions[origin];
+            const Vec3 b = mesh.positions[mesh.indices[t + 2]] - mesh.positions[origin];
+            const Vec2 u = mesh.uvs[mesh.indices[t + 1]] - mesh.uvs[origin];
+            const Vec2 v = mesh.uvs[mesh.indices[t + 2]] - mesh.uvs[origin];
+            const Vec3 alongU = (v.y * a - u.y * b) * (u.x * v.y - u.y * v.x);
+            double most = 0;
+            double least = 180;
+            for (std::size_t corner = t; corner < t + 3; ++corner)
+            {
+                const Vec3 normal = mesh.normals[mesh.indices[corner]];
+                const Vec3 flat = alongU - glm::dot(alongU, normal) * normal;
+                const double angle = degreesBetween(flat, Vec3(mesh.tangents[mesh.indices[corner]]));
+                most = std::max(most, angle);
+                least = std::min(least, angle);
+                sum += angle;
+            }
+            ASSERT_LT(least, 0.1) << "but on the midrib, which lies between two halves";
+            ASSERT_LT(most, 60);
+        }
+        EXPECT_LT(sum / static_cast<double>(mesh.indices.size()), form == LeafForm::Crossed ? 0.01 : 20);
+    }
+}
+
+TEST(Foliage, KeepsAllOtherLeavesWhenABranchIsCut)
+{
+    for (const char* name : {"Oak", "Birch", "Spruce"})
+    {
+        const Skeleton full = drawn(name);
+        const std::vector<LeafAppearance> kinds = kindsOf(name);
+        const std::vector<std::uint32_t> axes = axesOf(full);
+        std::size_t cuts = 0;
+        for (std::uint32_t branch = 1; branch < full.size(); branch += full.size() / 40)
+        {
+            // Where an axis loses its end, its own leaves count from another tip.
+            const std::uint32_t stump = full.startsAxis(branch) ? kNoSegment : axes[branch];
+            const std::vector<std::uint32_t> kept = samples::allWithout(full, branch);
+            if (kept.size() < full.size() / 2)
+                continue;
+            ++cuts;
+            EXPECT_EQ(leavesThatDiffer(full, kept, kinds, stump), 0u) << name << " without " << branch;
+        }
+        EXPECT_GT(cuts, 20u);
+    }
+}
+
+TEST(Foliage, KeepsAllOtherLeavesWhenABranchIsAdded)
+{
+    for (const char* name : {"Oak", "Birch"})
+    {
+        Skeleton full = drawn(name);
+        const std::vector<LeafAppearance> kinds = kindsOf(name);
+        const std::uint32_t before = full.size();
+        full.widthsGiven = true; // radii stay
+        const std::uint32_t branch = samples::grow(full, 1, {0.3f, 0.3f, 0.1f}, 0.004f);
+        samples::grow(full, branch, {0.3f, 0.2f, 0.1f}, 0.003f);
+        completeAxes(full, {});
+        std::vector<std::uint32_t> order{0, 1, branch, branch + 1};
+        for (std::uint32_t i = 2; i < before; ++i)
+            order.push_back(i);
+        const Skeleton with = samples::renumbered(full, order);
+        ASSERT_FALSE(placed(with, kinds) == placed(samples::renumbered(with, samples::allWithout(with, 2)), kinds));
+        EXPECT_EQ(leavesThatDiffer(with, samples::allWithout(with, 2), kinds), 0u) << name;
+    }
+}
+
+TEST(Foliage, DoesNotFollowTheNumbersOfSegments)
+{
+    for (const char* name : {"Oak", "Palm", "Spruce", "Willow", "Birch"})
+    {
+        const Skeleton full = drawn(name);
+        EXPECT_EQ(leavesThatDiffer(full, samples::byDepth(full), kindsOf(name)), 0u) << name;
+    }
 }
 
 TEST(TreeMesher, WithoutLeavesIsBare)

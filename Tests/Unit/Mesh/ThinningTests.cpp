@@ -9,6 +9,7 @@
 #include <array>
 #include <filesystem>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <map>
 #include <set>
 
@@ -129,6 +130,36 @@ TEST(Thinning, BringsNothingBack)
         before = now;
     }
     EXPECT_LT(before.size(), 100u);
+}
+
+TEST(Thinning, ChoosesBranchesByTheirPlacesAlone)
+{
+    for (const char* name : {"Oak", "Birch"})
+    {
+        const Skeleton full = drawn(name);
+        for (const float error : {0.01f, 0.03f})
+        {
+            const Skeleton thin = thinned(full, error);
+            EXPECT_EQ(axesOf(thinned(samples::renumbered(full, samples::byDepth(full)), error)), axesOf(thin))
+                << name << " by " << error;
+            for (std::uint32_t branch = 1; branch < full.size(); branch += full.size() / 20)
+            {
+                if (!full.startsAxis(branch))
+                    continue;
+                // Where branches begin, those on the one that is cut left out.
+                const std::vector<std::uint32_t> kept = samples::allWithout(full, branch);
+                const Skeleton cut = samples::renumbered(full, kept);
+                const std::set<std::array<float, 3>> there = axesOf(cut);
+                std::set<std::array<float, 3>> expected;
+                std::ranges::set_intersection(axesOf(thin), there, std::inserter(expected, expected.end()));
+                std::set<std::array<float, 3>> found = axesOf(thinned(cut, error));
+                const Vec3 joint = full.starts[branch]; // of the cut branch too, whether others begin there or not
+                expected.erase({joint.x, joint.y, joint.z});
+                found.erase({joint.x, joint.y, joint.z});
+                EXPECT_EQ(found, expected) << name << " by " << error << " without " << branch;
+            }
+        }
+    }
 }
 
 TEST(DetailLevel, HasHalfAsManyTrianglesAsTheOneBefore)

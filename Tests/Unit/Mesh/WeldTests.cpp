@@ -4,6 +4,7 @@
 #include <Espalier/Core/File.h>
 #include <Espalier/Grammar/Grammar.h>
 #include <Espalier/Inference/Inference.h>
+#include <Espalier/Mesh/AxisCurve.h>
 #include <Espalier/Mesh/TubeMesher.h>
 #include <Espalier/Species/Appearance.h>
 #include <Espalier/Species/Grow.h>
@@ -257,6 +258,54 @@ TEST(Weld, BarkRunsOnOverTheSeam)
             EXPECT_LT(high - low, 0.75f) << "seed " << seed << ", triangle " << i / 3;
         }
     }
+}
+
+/// Triangles that run the other way round in the texture than the hand of their tangents says.
+std::size_t mirroredOf(const TreeMesh& mesh)
+{
+    std::size_t mirrored = 0;
+    for (std::size_t t = 0; t < mesh.indices.size(); t += 3)
+    {
+        const Vec2 origin = mesh.uvs[mesh.indices[t]];
+        const Vec2 a = mesh.uvs[mesh.indices[t + 1]] - origin;
+        const Vec2 b = mesh.uvs[mesh.indices[t + 2]] - origin;
+        const float area = a.x * b.y - a.y * b.x;
+        for (std::size_t corner = t; corner < t + 3 && std::abs(area) > 1e-7f; ++corner)
+            mirrored += area * mesh.tangents[mesh.indices[corner]].w < 0 ? 1 : 0;
+    }
+    return mirrored;
+}
+
+TEST(Weld, TangentsHaveTheHandOfTheirTexture)
+{
+    for (const TubeJoints joints : {TubeJoints::Weld, TubeJoints::Embed})
+        for (std::uint64_t seed = 0; seed < 150; ++seed)
+        {
+            const Meshed m = meshed(randomTree(seed, 80), {.joints = joints});
+            ASSERT_EQ(m.result, MeshResult::Ok);
+            ASSERT_EQ(mirroredOf(m.mesh), 0u) << "seed " << seed;
+        }
+}
+
+/// A foot with points a rounding beside the seam of its host, where u is 0 and begins anew.
+TEST(Weld, AFootOnTheSeamDoesNotMirrorTheTexture)
+{
+    Skeleton trunk = straightTrunk({.segments = 2, .radius = 0.12f, .endRadius = 0.12f});
+    const TreeMesh bare = meshed(trunk).mesh;
+    const Vec3 seam = directionOr((bare.positions[0] - trunk.starts[0]) * Vec3(1, 0, 1), Vec3(1, 0, 0));
+    const Vec3 beside = glm::cross(Vec3(0, 1, 0), seam);
+    for (int power = 8; power < 32; ++power)
+        for (const float sign : {-1.f, 1.f})
+        {
+            Skeleton skeleton = trunk;
+            const Vec3 aside = 0.4f * (seam + std::ldexp(sign, -power) * beside) + Vec3(0, 0.2f, 0);
+            grow(skeleton, grow(skeleton, 0, aside, 0.02f), aside, 0.02f);
+            completeAxes(skeleton, {});
+            const Meshed m = meshed(skeleton);
+            ASSERT_EQ(m.result, MeshResult::Ok);
+            ASSERT_EQ(m.scratch.embedded, 0u);
+            EXPECT_EQ(mirroredOf(m.mesh), 0u) << sign << " * 2^-" << power;
+        }
 }
 
 TEST(Weld, EqualInputGivesEqualBytes)

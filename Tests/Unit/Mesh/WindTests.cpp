@@ -353,7 +353,7 @@ TEST(Wind, MovesALeafsFootWithItsTwig)
         }
 }
 
-/// Axes keep their lengths to 3 %, and so does their skin but for a few creases at forks and in sharp bends.
+/// Axes keep their lengths to 3.5 %, and to 3 % does their skin but for a few creases at forks and in sharp bends.
 TEST(Wind, StretchesNothing)
 {
     for (const char* name : kDrawn)
@@ -399,7 +399,7 @@ TEST(Wind, StretchesNothing)
             for (std::size_t i = 0; i < mesh.normals.size(); ++i)
                 ASSERT_NEAR(glm::length(blown.normals[i]), glm::length(mesh.normals[i]), 1e-5);
         }
-        EXPECT_LT(mostOfAxes, 0.03f) << name;
+        EXPECT_LT(mostOfAxes, 0.035f) << name;
         EXPECT_LT(stretchedMetres, 0.005 * metres) << name;
         EXPECT_LT(mostOfSkin, 0.2f) << name;
         RecordProperty(name, std::to_string(mostOfAxes) + " " + std::to_string(stretchedMetres / metres) + " " +
@@ -520,6 +520,55 @@ TEST(Wind, MovesFoliageAlikeOnEveryLevelOfDetail)
     EXPECT_LT(most[0], 0.05f);
     EXPECT_LT(most[1], 0.1f) << "the second of two crossed blades is sheared";
     EXPECT_LT(most[2], 0.001f);
+}
+
+/// Phases of branches, of leaves that the skeleton bears and of the species' foliage: of a plant, and of one that has
+/// lost a branch or is numbered otherwise.
+TEST(Wind, GivesPhasesByPlacesAlone)
+{
+    const Skeleton full = drawn("Birch");
+    Appearance appearance;
+    appearance.leaves.resize(2);
+    appearance.leaves[1].form = LeafForm::Crossed;
+    for (LeafAppearance& kind : appearance.leaves)
+        kind.shade = 0;
+    // By segment of `full`: of its axis, if one begins there; by segment and lot: of a leaf.
+    using Phases = std::map<std::pair<std::uint32_t, float>, float>;
+    const auto phasesOf = [&](const std::vector<std::uint32_t>& order) {
+        const Skeleton plant = samples::renumbered(full, order);
+        const TreeMesh mesh = meshTree(plant, appearance, {.sources = true}).value();
+        const WindVertices wind = windOf(plant, mesh);
+        Phases phases;
+        for (const WindElement& element : wind.elements)
+            phases[{order[element.segment], -1.f}] = element.phase;
+        for (std::size_t i = 0; i < mesh.sources.size(); ++i)
+            if (const VertexSource& source = mesh.sources[i]; source.organ != kNoOrgan)
+                phases[{order[source.segment], source.lot}] = static_cast<float>(wind.vertices[i].leaf & 255);
+        return phases;
+    };
+    std::vector<std::uint32_t> all(full.size());
+    std::iota(all.begin(), all.end(), 0u);
+    const Phases whole = phasesOf(all);
+    EXPECT_GT(whole.size(), 2000u);
+    EXPECT_EQ(phasesOf(samples::byDepth(full)), whole);
+    for (std::uint32_t branch = 1; branch < full.size(); branch += full.size() / 10)
+    {
+        if (!full.startsAxis(branch))
+            continue;
+        const std::vector<std::uint32_t> kept = samples::allWithout(full, branch);
+        Phases expected = whole;
+        std::erase_if(expected,
+                      [&](const auto& phase) { return !std::ranges::binary_search(kept, phase.first.first); });
+        EXPECT_EQ(phasesOf(kept), expected) << "without " << branch;
+    }
+
+    // Even, as lots are.
+    std::array<std::uint32_t, 4> quarters{};
+    for (const auto& [place, phase] : whole)
+        if (place.second > 0)
+            ++quarters.at(static_cast<std::size_t>(phase) / 64);
+    const auto [least, most] = std::ranges::minmax(quarters);
+    EXPECT_LT(most, least + least / 5);
 }
 
 TEST(Wind, IsReproducible)

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 // Skeletons that tests, samples and benchmarks share. None needs a grammar or a turtle.
 namespace espalier::samples {
@@ -84,6 +85,78 @@ inline Skeleton fork(const PipeModel& pipes = {.tipRadius = 0.05f})
     grow(skeleton, branch, {0.5f, 0.5f, 0});
     completeAxes(skeleton, pipes);
     return skeleton;
+}
+
+/// The segments `order` of a plant, in that order, with all that they bear; the rest is cut off. Nothing changes but
+/// numbers: radii and axes stay as they were, and stumps end where they were cut. Requires: each comes after its
+/// parent.
+inline Skeleton renumbered(const Skeleton& plant, const std::vector<std::uint32_t>& order)
+{
+    std::vector<std::uint32_t> numberOf(plant.size(), kNoSegment);
+    for (std::uint32_t i = 0; i < order.size(); ++i)
+        numberOf[order[i]] = i;
+    const auto newOf = [&](std::uint32_t segment) { return segment == kNoSegment ? kNoSegment : numberOf[segment]; };
+    Skeleton result = plant;
+    const auto take = [&](auto& values, const auto& all) {
+        values.clear();
+        for (const std::uint32_t i : order)
+            values.push_back(all[i]);
+    };
+    take(result.starts, plant.starts);
+    take(result.ends, plant.ends);
+    take(result.headings, plant.headings);
+    take(result.lefts, plant.lefts);
+    take(result.lengths, plant.lengths);
+    take(result.startRadii, plant.startRadii);
+    take(result.endRadii, plant.endRadii);
+    take(result.parents, plant.parents);
+    take(result.continuations, plant.continuations);
+    take(result.orders, plant.orders);
+    take(result.materials, plant.materials);
+    take(result.instances, plant.instances);
+    for (std::uint32_t& parent : result.parents)
+        parent = newOf(parent);
+    for (std::uint32_t& next : result.continuations)
+        next = newOf(next);
+    const auto keepBorne = [&](auto& shapes) {
+        std::erase_if(shapes, [&](const auto& shape) {
+            return shape.segment != kNoSegment && numberOf[shape.segment] == kNoSegment;
+        });
+        for (auto& shape : shapes)
+            shape.segment = newOf(shape.segment);
+    };
+    keepBorne(result.polygons);
+    keepBorne(result.spheres);
+    keepBorne(result.organs);
+    return result;
+}
+
+/// All segments but `branch` and what it bears.
+inline std::vector<std::uint32_t> allWithout(const Skeleton& plant, std::uint32_t branch)
+{
+    std::vector<std::uint32_t> kept;
+    std::vector<bool> isCut(plant.size(), false);
+    for (std::uint32_t i = 0; i < plant.size(); ++i)
+    {
+        isCut[i] = i == branch || (plant.parents[i] != kNoSegment && isCut[plant.parents[i]]);
+        if (!isCut[i])
+            kept.push_back(i);
+    }
+    return kept;
+}
+
+/// All segments, those with fewer between them and the base first.
+inline std::vector<std::uint32_t> byDepth(const Skeleton& plant)
+{
+    std::vector<std::uint32_t> order(plant.size());
+    std::vector<std::uint32_t> depths(plant.size(), 0);
+    for (std::uint32_t i = 0; i < plant.size(); ++i)
+    {
+        order[i] = i;
+        depths[i] = plant.parents[i] == kNoSegment ? 0 : depths[plant.parents[i]] + 1;
+    }
+    std::ranges::stable_sort(order, {}, [&](std::uint32_t i) { return depths[i]; });
+    return order;
 }
 
 enum class Ailments : std::uint8_t
