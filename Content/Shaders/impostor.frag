@@ -8,9 +8,10 @@
 precision highp float;
 precision highp int;
 
-uniform sampler2D impostorColour;    // sRGB with alpha
-uniform sampler2D impostorNormal;    // linear: the normal in plant space, and as alpha the depth
-uniform sampler2D impostorRoughness; // linear: red occlusion, green roughness
+// All three filtered linearly and clamped to their edge, the first row of the file at v = 0, alpha not multiplied in.
+uniform sampler2D impostorColour;    // sRGB (SRGB8_ALPHA8), with alpha
+uniform sampler2D impostorNormal;    // linear: the normal in plant space
+uniform sampler2D impostorRoughness; // linear: red occlusion, green roughness, blue depth
 uniform int impostorSide;            // of the .json, likewise below
 uniform vec3 impostorCentre;
 uniform float impostorRadius;
@@ -29,7 +30,10 @@ struct ImpostorSeen
 vec2 impostorSquare(vec3 direction)
 {
     direction.y = max(direction.y, 0.0);
-    direction /= abs(direction.x) + direction.y + abs(direction.z);
+    float sum = abs(direction.x) + direction.y + abs(direction.z);
+    if (sum <= 0.0)
+        return vec2(0.5);
+    direction /= sum;
     return 0.5 * vec2(direction.x + direction.z, direction.x - direction.z) + 0.5;
 }
 
@@ -74,24 +78,25 @@ bool impostorSeen(vec3 camera, vec3 place, vec2 pixel, out ImpostorSeen seen)
     if (abs(slope) < 1e-3)
         return false;
     // Where the ray meets the frame's plane, and once more where it is as deep as the picture says.
-    float depth = 0.0;
     vec2 uv = vec2(0.0);
+    vec3 material = vec3(0.0, 0.0, 0.5);
     for (int i = 0; i < 2; ++i)
     {
+        float depth = impostorRadius * (2.0 * material.b - 1.0);
         seen.place = place + (dot(impostorCentre - place, facing) + depth) / slope * toViewer;
         vec3 from = (seen.place - impostorCentre) / impostorHalfExtent;
         vec2 at = vec2(dot(from, right), dot(from, up));
         if (abs(at.x) > 1.0 || abs(at.y) > 1.0)
             return false;
-        uv = (vec2(frame) + 0.5 * vec2(1.0 + at.x, 1.0 - at.y)) / float(impostorSide); // from the image's top left
-        depth = impostorRadius * (2.0 * textureLod(impostorNormal, uv, 0.0).a - 1.0);
+        uv = (vec2(frame) + 0.5 * vec2(1.0 + at.x, 1.0 - at.y)) / float(impostorSide);
+        material = textureLod(impostorRoughness, uv, 0.0).rgb;
     }
     vec4 colour = textureLod(impostorColour, uv, 0.0);
     if (colour.a < 0.5)
         return false;
-    vec2 material = textureLod(impostorRoughness, uv, 0.0).rg;
+    vec3 normal = 2.0 * textureLod(impostorNormal, uv, 0.0).rgb - 1.0;
     seen.colour = colour.rgb;
-    seen.normal = normalize(2.0 * textureLod(impostorNormal, uv, 0.0).rgb - 1.0);
+    seen.normal = dot(normal, normal) > 0.0 ? normalize(normal) : toViewer;
     seen.occlusion = material.r;
     seen.roughness = material.g;
     return true;

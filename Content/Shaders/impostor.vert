@@ -2,7 +2,7 @@
 // The card of an octahedral impostor of Espalier, turned to the camera: GLSL ES 3.00, to go with impostor.frag. What the
 // numbers mean: Source/Espalier/Mesh/IMPOSTOR.md.
 //
-// Draw two triangles whose corners are (-1, -1), (1, -1), (1, 1) and (-1, 1), any number of instances.
+// For cameras outside of the ball round the plant; within it, draw the plant. Draw two triangles whose corners are (-1, -1), (1, -1), (1, 1) and (-1, 1), any number of instances.
 
 precision highp float;
 

@@ -2,11 +2,13 @@
 
 #include "Input.h"
 
+#include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Render/ImpostorAtlas.h>
 #include <Espalier/Texture/AppearanceTextures.h>
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 
 namespace espalier::tool {
@@ -121,9 +123,8 @@ void BakeChoices::addTo(CLI::App& verb)
                     "(Source/Espalier/Mesh/IMPOSTOR.md)")
         ->check(CLI::IsMember(names(kImpostors)))
         ->capture_default_str();
-    verb.add_option("--atlas", atlas, "Texels along each side of the impostor's pictures")
-        ->check(CLI::Range(64u, 4096u))
-        ->capture_default_str();
+    verb.add_option("--atlas", atlas, "Texels along each side of the impostor's pictures (1024)")
+        ->check(CLI::Range(64u, 4096u));
     verb.add_flag("--collision", collision,
                   "Write collision shapes of each plant too, out.collision.json: capsules, convex hull of the crown, "
                   "coarse mesh");
@@ -143,13 +144,19 @@ PlantBaker::PlantBaker(const BakeChoices& choices, const Appearance& appearance,
             appearance, {.bark = choices_.textures, .leaf = std::max(choices_.textures / 2, kMinTextureSize)}, 0));
 }
 
-bool PlantBaker::makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level)
+MeshSettings PlantBaker::meshSettings() const
 {
     MeshSettings settings;
     settings.sources = preset_.has_value();
     if (choices_.branches == "weld")
         settings.tubes.joints = TubeJoints::Weld;
-    const DetailLevel detail = meshDetailLevel(skeleton, appearance_, lod, settings, Limits{}, scratch_, level.mesh);
+    return settings;
+}
+
+bool PlantBaker::makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level)
+{
+    const DetailLevel detail =
+        meshDetailLevel(skeleton, appearance_, lod, meshSettings(), Limits{}, scratch_, level.mesh);
     level.error = detail.error;
     if (!isMeshedOrFail(detail.result, label, path_))
         return false;
@@ -187,8 +194,10 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
     if (choices_.differences || impostor)
     {
         full_.clear();
-        (void)isMeshedOrFail(meshDetailLevel(skeleton, appearance_, 0, {}, Limits{}, scratch_, full_).result, label,
-                             path_);
+        MeshSettings settings = meshSettings();
+        settings.sources = false;
+        (void)isMeshedOrFail(meshDetailLevel(skeleton, appearance_, 0, settings, Limits{}, scratch_, full_).result,
+                             label, path_);
     }
     if (preset_)
         info.wind = windResponse(skeleton, appearance_.wind);
@@ -251,8 +260,8 @@ nlohmann::ordered_json PlantBaker::writeImpostor(ImpostorKind kind, float coarse
                                                  const std::string& label, const std::filesystem::path& output)
 {
     impostor_ = makeImpostor(full_, kind);
-    atlas_ =
-        orFail(paintImpostor({&full_, &appearance_, label}, impostor_, {.size = choices_.atlas}, terminalProgress()));
+    atlas_ = orFail(paintImpostor({&full_, &appearance_, label}, impostor_,
+                                  {.size = choices_.atlas.value_or(AtlasSettings{}.size)}, terminalProgress()));
     const float error = std::max(impostorError(impostor_, atlas_.colour.width), coarsest);
     nlohmann::ordered_json facts = kind == ImpostorKind::Cards ? writeCards(error, info, impostorPath(output, ".glb"))
                                                                : writeFrames(error, label, output);
@@ -263,21 +272,24 @@ nlohmann::ordered_json PlantBaker::writeImpostor(ImpostorKind kind, float coarse
     return facts;
 }
 
-/// What it covers and how bright it is beside the plant: the least and the most of eight sides.
+/// What it covers and how bright it is beside the plant: the least and the most of the sides that it was fitted to and
+/// of those between.
 void PlantBaker::addImpostorDifferences(nlohmann::ordered_json& facts) const
 {
-    const auto views = orFail(compareImpostor({&full_, &appearance_, {}}, impostor_, atlas_));
-    std::array<float, 2> coverage{views[0].coverage, views[0].coverage};
-    std::array<float, 2> colour{views[0].colour.x, views[0].colour.x};
+    constexpr float kBetween = static_cast<float>(math::kPi) / 16;
+    std::array<float, 2> coverage{std::numeric_limits<float>::max(), 0};
+    std::array<float, 2> colour = coverage;
     const auto widen = [](std::array<float, 2>& range, float value) {
         range = {std::min(range[0], value), std::max(range[1], value)};
     };
-    for (const ImpostorDifference& view : views)
-    {
-        widen(coverage, view.coverage);
-        for (int c = 0; c < 3; ++c)
-            widen(colour, view.colour[c]);
-    }
+    for (const float turn : {0.0f, kBetween})
+        for (const ImpostorDifference& view :
+             orFail(compareImpostor({&full_, &appearance_, {}}, impostor_, atlas_, turn)))
+        {
+            widen(coverage, view.coverage);
+            for (int c = 0; c < 3; ++c)
+                widen(colour, view.colour[c]);
+        }
     facts["coverages"] = coverage;
     facts["colours"] = colour;
 }
@@ -309,7 +321,7 @@ nlohmann::ordered_json PlantBaker::writeFrames(float error, const std::string& l
     const nlohmann::ordered_json document{{"espalier", "impostor"},
                                           {"version", 1},
                                           {"plant", label},
-                                          {"side", impostor_.side},
+                                          {"side", impostor_.columns},
                                           {"centre", toJson(impostor_.centre)},
                                           {"radius", impostor_.radius},
                                           {"halfExtent", impostor_.frames[0].halfExtent.x},

@@ -34,7 +34,7 @@ struct BakeChoices
     bool collision = false;
     bool differences = false; ///< Tell how levels look beside the full plant.
     std::string impostor = "none";
-    std::uint32_t atlas = 1024; ///< Texels of the impostor's.
+    std::optional<std::uint32_t> atlas; ///< Texels of the impostor's.
 
     void addTo(CLI::App& verb);
     /// Whether a plant becomes several files.
@@ -65,6 +65,7 @@ private:
         WindChannels wind;
         WindSkin skin;
     };
+    [[nodiscard]] MeshSettings meshSettings() const;
     bool makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level);
     void addWind(const Skeleton& skeleton, Level& level);
     void addDifferences(const Level& level, nlohmann::ordered_json& facts);

@@ -42,8 +42,10 @@ bool wantsSkeletons(const GrowCommand& command)
                   "ends in .glb");
     if (ending == ".swc" && (!isPlain || bake.collision || bake.levels != "0"))
         failUsage("grow: " + command.output +
-                  ": a skeleton has no levels, wind data or shapes; expected an output that "
+                  ": a skeleton has no levels, impostor, wind data or shapes; expected an output that "
                   "ends in .glb");
+    if (bake.atlas && bake.impostor == "none")
+        failUsage("grow: --atlas is that of an impostor; expected --impostor cards or octahedral");
     if (const auto [first, last] = parseLevels(bake.levels); bake.together && first == last)
         failUsage("grow: --together puts several levels into one file; expected a range, such as --lod 0..4");
     return ending == ".swc";

@@ -10,8 +10,10 @@
 #include <Espalier/Render/LineDrawing.h>
 #include <Espalier/Render/Render.h>
 #include <algorithm>
+#include <glm/common.hpp>
 #include <iomanip>
 #include <iostream>
+#include <limits>
 #include <memory>
 #include <sstream>
 
@@ -129,14 +131,16 @@ private:
                 addSubject(std::move(mesh), caption, detail.error);
         }
         if (command_.impostor)
-            addImpostor(plant, label);
+            addImpostor(plant, path, label);
     }
 
-    void addImpostor(const Plant& plant, const std::string& label)
+    void addImpostor(const Plant& plant, const std::string& path, const std::string& label)
     {
         const Appearance& look = *appearances_.back();
         TreeMesh full;
-        (void)meshDetailLevel(plant.skeleton, look, 0, meshSettings_, Limits{}, scratch_, full);
+        if (!isMeshedOrFail(meshDetailLevel(plant.skeleton, look, 0, meshSettings_, Limits{}, scratch_, full).result,
+                            label, path))
+            return;
         const Impostor impostor = makeImpostor(full, ImpostorKind::Cards);
         atlases_.push_back(std::make_unique<MaterialTextures>(
             orFail(paintImpostor({&full, &look, label}, impostor, {}, terminalProgress()))));
@@ -150,12 +154,19 @@ private:
     /// How many times as far as in its frame a plant is where `error` metres are a pixel; nearer is never asked for.
     [[nodiscard]] double distanceFor(const TreeMesh& mesh, float error) const
     {
-        float height = 0;
+        Vec3 low(std::numeric_limits<float>::max());
+        Vec3 high(std::numeric_limits<float>::lowest());
         for (const Vec3& p : mesh.positions)
-            height = std::max(height, p.y);
-        constexpr double kFilled = 0.8; // of the frame
-        const double pixel = static_cast<double>(height) / (kFilled * settings_.height);
-        return std::clamp(static_cast<double>(error) / std::max(pixel, 1e-9), 1.0, 1e4);
+        {
+            low = glm::min(low, p);
+            high = glm::max(high, p);
+        }
+        constexpr double kFilled = 0.8; // of the frame, about
+        const Vec3 extent = high - low;
+        const double pixel = std::max(static_cast<double>(extent.y) / settings_.height,
+                                      static_cast<double>(std::max(extent.x, extent.z)) / settings_.width) /
+                             kFilled;
+        return pixel > 0 ? std::clamp(static_cast<double>(error) / pixel, 1.0, 1e4) : 1;
     }
 
     /// The plant at even times over one gust of a strong breeze.
@@ -252,6 +263,8 @@ void render(const RenderCommand& command)
                   "--sheet");
     if (command.seasons && (!command.look.season.empty() || command.look.bare))
         failUsage("render: --seasons shows all of them in leaf; expected neither --season nor --no-leaves");
+    if (command.gustFrames > 0 && (command.impostor || command.takeover))
+        failUsage("render: --gust shows leaves that move; expected neither --impostor nor --takeover");
     Gallery gallery(command, settings);
     for (const std::string& path : command.inputs)
         for (const std::optional<std::uint32_t>& step : kindOf(path) == InputKind::Archetype ? parseSteps({}) : steps)

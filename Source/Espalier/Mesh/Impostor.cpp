@@ -2,6 +2,7 @@
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Mesh/TreeMesh.h>
+#include <Espalier/Plant/Skeleton.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -32,14 +33,19 @@ Reach reachAlong(const TreeMesh& mesh, const Vec3& centre, const Vec3& axis)
     return reach;
 }
 
-ImpostorFrame cardOf(const TreeMesh& mesh, const Vec3& through, const Vec3& toViewer, const Vec3& right)
+ImpostorFrame cardOf(const TreeMesh& mesh, const Vec3& through, float radius, const Vec3& toViewer, const Vec3& right)
 {
     ImpostorFrame frame{.toViewer = toViewer, .right = right, .up = glm::cross(toViewer, right)};
     const Reach across = reachAlong(mesh, through, frame.right);
     const Reach along = reachAlong(mesh, through, frame.up);
     frame.middle =
         through + 0.5f * (across.low + across.high) * frame.right + 0.5f * (along.low + along.high) * frame.up;
-    frame.halfExtent = (0.5f + kMargin) * Vec2(across.high - across.low, along.high - along.low);
+    // A flat plant seen edge-on has no width.
+    const Vec2 extent = glm::max(Vec2(across.high - across.low, along.high - along.low), Vec2(1e-3f * radius));
+    frame.halfExtent = (0.5f + kMargin) * extent;
+    // Cards lie back to back, off their plane by as little as never shows: readers that draw both sides of all see the
+    // right one.
+    frame.middle += 1e-3f * radius * toViewer;
     return frame;
 }
 
@@ -92,21 +98,21 @@ Impostor makeImpostor(const TreeMesh& full, ImpostorKind kind, std::uint32_t sid
 
     if (kind == ImpostorKind::Cards)
     {
-        impostor.side = 3;
         for (int i = 0; i < 8; ++i)
         {
             const auto [sin, cos] = math::sinCosDegrees(45.0 * i);
             const auto s = static_cast<float>(sin);
             const auto c = static_cast<float>(cos);
-            impostor.frames.push_back(cardOf(full, impostor.centre, {s, 0, c}, {c, 0, -s}));
+            impostor.frames.push_back(cardOf(full, impostor.centre, impostor.radius, {s, 0, c}, {c, 0, -s}));
         }
         return impostor;
     }
 
-    impostor.side = std::clamp(side, kMinImpostorSide, kMaxImpostorSide);
-    const auto cells = static_cast<float>(impostor.side - 1);
-    for (std::uint32_t row = 0; row < impostor.side; ++row)
-        for (std::uint32_t column = 0; column < impostor.side; ++column)
+    impostor.columns = std::clamp(side, kMinImpostorSide, kMaxImpostorSide);
+    impostor.rows = impostor.columns;
+    const auto cells = static_cast<float>(impostor.columns - 1);
+    for (std::uint32_t row = 0; row < impostor.rows; ++row)
+        for (std::uint32_t column = 0; column < impostor.columns; ++column)
         {
             ImpostorFrame frame;
             frame.middle = impostor.centre;
@@ -123,12 +129,20 @@ Impostor makeImpostor(const TreeMesh& full, ImpostorKind kind, std::uint32_t sid
 
 float impostorError(const Impostor& impostor, std::uint32_t texels) noexcept
 {
-    constexpr float kFlat = 4;
-    const float cell = std::max(static_cast<float>(texels) / static_cast<float>(impostor.side), 1.0f);
-    float extent = 0;
+    const auto cell = [&](std::uint32_t count) {
+        return std::max(static_cast<float>(texels) / static_cast<float>(count), 1.0f);
+    };
+    float texel = 0;
+    float height = 0;
     for (const ImpostorFrame& frame : impostor.frames)
-        extent = std::max({extent, 2 * frame.halfExtent.x, 2 * frame.halfExtent.y});
-    return extent / cell * (impostor.kind == ImpostorKind::Cards ? kFlat : 1);
+    {
+        texel = std::max(
+            {texel, 2 * frame.halfExtent.x / cell(impostor.columns), 2 * frame.halfExtent.y / cell(impostor.rows)});
+        height = std::max(height, 2 * frame.halfExtent.y);
+    }
+    constexpr float kTexels = 4;
+    constexpr float kPixels = 96;
+    return impostor.kind == ImpostorKind::Cards ? std::max(kTexels * texel, height / kPixels) : texel;
 }
 
 void meshCards(const Impostor& impostor, TreeMesh& mesh)
@@ -138,23 +152,23 @@ void meshCards(const Impostor& impostor, TreeMesh& mesh)
     const auto firstIndex = static_cast<std::uint32_t>(mesh.indices.size());
     auto vertex = static_cast<std::uint32_t>(mesh.positions.size());
     mesh.resizeVertices(vertex + 4 * impostor.frames.size(), {!mesh.tints.empty(), !mesh.sources.empty()});
-    const float cell = 1 / static_cast<float>(impostor.side);
-    // Off their planes by as little as never shows: where readers draw both sides of all, each hides the other's back.
-    const float apart = 1e-3f * impostor.radius;
+    const Vec2 cell = Vec2(1) / Vec2(static_cast<float>(impostor.columns), static_cast<float>(impostor.rows));
     for (std::uint32_t i = 0; i < impostor.frames.size(); ++i)
     {
         const ImpostorFrame& frame = impostor.frames[i];
-        const Vec2 corner(static_cast<float>(i % impostor.side) * cell,
-                          1 - static_cast<float>(i / impostor.side + 1) * cell);
+        const Vec2 corner(static_cast<float>(i % impostor.columns) * cell.x,
+                          1 - static_cast<float>(i / impostor.columns + 1) * cell.y);
         for (const std::uint32_t offset : {0u, 1u, 2u, 0u, 2u, 3u})
             mesh.indices.push_back(vertex + offset);
         for (const Vec2 at : {Vec2(0, 0), Vec2(1, 0), Vec2(1, 1), Vec2(0, 1)})
         {
             const Vec2 from = (2.0f * at - Vec2(1)) * frame.halfExtent;
-            mesh.positions[vertex] = frame.middle + from.x * frame.right + from.y * frame.up + apart * frame.toViewer;
+            mesh.positions[vertex] = frame.middle + from.x * frame.right + from.y * frame.up;
             mesh.normals[vertex] = frame.toViewer;
             mesh.tangents[vertex] = Vec4(frame.right, 1);
             mesh.uvs[vertex] = corner + cell * at;
+            if (!mesh.sources.empty())
+                mesh.sources[vertex] = {.segment = kNoSegment};
             ++vertex;
         }
     }

@@ -34,32 +34,35 @@ struct ImpostorFrame
 struct Impostor
 {
     ImpostorKind kind = ImpostorKind::Cards;
-    std::uint32_t side = 3; ///< The atlas is a square with room for side * side frames, row by row from the top.
-    std::vector<ImpostorFrame> frames;
-    Vec3 centre{0};   ///< Metres: of the ball that the plant fills.
-    float radius = 0; ///< Metres.
+    std::uint32_t columns = 4; ///< Of frames in the atlas.
+    std::uint32_t rows = 2;
+    std::vector<ImpostorFrame> frames; ///< columns * rows, row by row from the top; none of an empty mesh.
+    Vec3 centre{0};                    ///< Metres: of the ball that the plant fills.
+    float radius = 0;                  ///< Metres.
 };
 
-/// Frames along one side of an octahedral atlas.
-inline constexpr std::uint32_t kMinImpostorSide = 2;
+/// Frames along one side of an octahedral atlas: with fewer, what is seen between two of them lies outside of both.
+inline constexpr std::uint32_t kMinImpostorSide = 6;
 inline constexpr std::uint32_t kMaxImpostorSide = 32;
 
-/// The frames of an impostor. `side`, of an octahedral one, is clamped to [kMinImpostorSide, kMaxImpostorSide]; cards
-/// have three. Cards are as large as the plant is from their side, octahedral frames as the ball round it. An empty
-/// mesh has no frames. Requires a sound mesh. Equal input gives equal results; safe to call concurrently.
+/// The frames of an impostor. `side`, of an octahedral one, is clamped to [kMinImpostorSide, kMaxImpostorSide]. Cards
+/// are as large as the plant is from their side, those of frames i and 4 + i back to back; octahedral frames as the
+/// ball round it. Requires a sound mesh. Equal input gives equal results; safe to call concurrently.
 [[nodiscard]] Impostor makeImpostor(const TreeMesh& full, ImpostorKind kind, std::uint32_t side = 8);
 
-/// Metres: the level of detail that an impostor with an atlas of `texels` a side is. One texel; of cards four, for they
-/// show sides that they were not made for.
+/// Metres: the level of detail that an impostor with an atlas of `texels` a side is. Of octahedral ones a texel. Cards
+/// show sides that they were not made for: four texels, and never less than where the plant is 96 pixels high, however
+/// fine they are painted.
 [[nodiscard]] float impostorError(const Impostor& impostor, std::uint32_t texels) noexcept;
 
-/// Appends the cards of an impostor to `mesh`, a Cards part: a rectangle a frame, one-sided, those of opposite frames
-/// back to back; 16 triangles in all. Octahedral ones have no mesh: nothing is appended.
+/// Appends the cards of an impostor to `mesh`, a Cards part: a rectangle a frame, one-sided, 16 triangles in all.
+/// Sources, if the mesh has any, name no segment. Octahedral ones have no mesh: nothing is appended.
 void meshCards(const Impostor& impostor, TreeMesh& mesh);
 
-/// Where a direction lies in the square [0, 1] x [0, 1] of all that do not point down; one that does is taken for the
-/// level one below which it lies. The hemi-octahedral map (Cigolle et al., "A Survey of Efficient Representations for
-/// Independent Unit Vectors", JCGT 3(2), 2014), +Y its middle. `direction` need not be unit.
+/// Where a direction lies in the square [0, 1] x [0, 1] of all that do not point down: the hemi-octahedral map (Cigolle
+/// et al., "A Survey of Efficient Representations for Independent Unit Vectors", JCGT 3(2), 2014), +Y its middle. One
+/// that points down is taken for the level one above it; straight down, and no direction at all, for the middle.
+/// `direction` need not be unit.
 [[nodiscard]] Vec2 hemiOctahedral(const Vec3& direction) noexcept;
 
 /// The other way: a unit vector.

@@ -11,10 +11,12 @@
 
 namespace espalier {
 
-/// How finely an impostor is painted.
+/// How finely an impostor is painted. It takes about 70 bytes of memory a texel.
 struct AtlasSettings
 {
-    std::uint32_t size = 1024; ///< Texels along each side of the atlas, at least eight a frame. [64, 4096]
+    /// Texels along each side of the atlas, rounded down to whole frames of at least eight. A power of two is one of
+    /// the atlas too, with the usual sides. [64, 4096]
+    std::uint32_t size = 1024;
     std::uint32_t samples = 3; ///< Rays along each side of a texel. [1, 16]
     std::uint32_t threads = 0; ///< 0: one per processor. The pictures do not depend on it. [0, 256]
 };
@@ -22,18 +24,19 @@ struct AtlasSettings
 /// The pictures of an impostor, by casting rays at the full plant, unlit: as glTF's material has them.
 ///
 /// `colour`: sRGB, and alpha of 255 where the plant is to be seen, else 0. What of it a texel shows is seldom all or
-/// nothing; neighbours make up for what one is rounded, so that far twigs do not vanish, and the crown is made as dense
-/// as it takes for the impostor to cover as much as the plant in the mean of sixteen level views, and as bright. Cut or
-/// blended, it covers the same. Texels that are cut out have the colour of the nearest that is not.
+/// nothing; neighbours make up for what one is rounded, so that far twigs do not vanish, and the crown is made denser
+/// or thinner, as far as it goes, for the impostor to cover as much as the plant in sixteen level views together, and
+/// to be as bright. That holds at the size of its texels: cut at one half, the mip maps of a sparse crown cover up to a
+/// quarter more or less. Texels that show nothing of the plant have the colour of the nearest that does.
 ///
-/// `normal`: of cards in the space of the card, three channels. Of octahedral frames in plant space, xyz from [-1, 1],
-/// and as alpha how far before the frame's middle the plant is, from -radius to radius.
+/// `normal`: three channels; of cards in the space of the card, of octahedral frames in plant space, from [-1, 1].
 ///
 /// `roughness`: as glTF has it, of which red, occlusion, is the share of the light of an even sky that the rest of the
-/// plant lets pass: flat pictures cannot shade themselves.
+/// plant lets pass: flat pictures cannot shade themselves. Blue is 0, or of octahedral frames how far before the
+/// frame's middle the plant is, from -radius to radius.
 ///
-/// Fails as renderPicture does, with BadInput too if the impostor has no frames. Equal input gives equal bytes on
-/// machines of one kind (Embree). Safe to call concurrently.
+/// Fails as renderPicture does, with BadInput too if the impostor is none that makeImpostor gives. Equal input gives
+/// equal bytes on machines of one kind (Embree). Safe to call concurrently.
 [[nodiscard]] Expected<MaterialTextures> paintImpostor(const RenderSubject& subject, const Impostor& impostor,
                                                        const AtlasSettings& settings = {},
                                                        const Progress& progress = {});
@@ -63,7 +66,8 @@ struct ImpostorDifference
 /// Level views from which impostors are compared: 45 degrees apart, the first from +Z.
 inline constexpr std::uint32_t kImpostorViews = 8;
 
-/// Compares from kImpostorViews sides, turned by `turn` radians about Y. Errors as for paintImpostor.
+/// Compares from kImpostorViews sides, turned by `turn` radians about Y, at the size of the atlas' texels or coarser.
+/// Errors as for paintImpostor, and BadInput if the atlas is none of this impostor.
 [[nodiscard]] Expected<std::array<ImpostorDifference, kImpostorViews>>
 compareImpostor(const RenderSubject& subject, const Impostor& impostor, const MaterialTextures& atlas, float turn = 0,
                 std::uint32_t threads = 0);

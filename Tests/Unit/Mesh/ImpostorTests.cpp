@@ -1,6 +1,7 @@
 #include <Espalier/Core/Random.h>
 #include <Espalier/Mesh/Impostor.h>
 #include <Espalier/Mesh/TreeMesh.h>
+#include <Espalier/Plant/Skeleton.h>
 #include <cmath>
 #include <gtest/gtest.h>
 
@@ -53,6 +54,7 @@ TEST(Impostor, AnyDirectionAboveTheHorizonReturnsFromTheSquare)
     EXPECT_EQ(hemiOctahedral({0, 1, 0}), Vec2(0.5f));
     EXPECT_EQ(hemiOctahedral({0, 0, 0}), Vec2(0.5f));
     EXPECT_EQ(hemiOctahedral({0, -1, 2}), hemiOctahedral({0, 0, 1}));
+    EXPECT_EQ(hemiOctahedral({0, -1, 0}), Vec2(0.5f));
 }
 
 TEST(Impostor, BlendsTheFramesRoundADirection)
@@ -97,8 +99,8 @@ TEST(Impostor, EveryFrameHoldsTheWholePlantOffItsRim)
     const TreeMesh mesh = cloud(400);
     for (const ImpostorKind kind : {ImpostorKind::Cards, ImpostorKind::Octahedral})
     {
-        const Impostor impostor = makeImpostor(mesh, kind, 5);
-        EXPECT_EQ(impostor.frames.size(), kind == ImpostorKind::Cards ? 8 : impostor.side * impostor.side);
+        const Impostor impostor = makeImpostor(mesh, kind, 7);
+        EXPECT_EQ(impostor.frames.size(), impostor.columns * impostor.rows);
         for (const ImpostorFrame& frame : impostor.frames)
         {
             EXPECT_NEAR(glm::length(frame.toViewer), 1, 1e-5f);
@@ -149,13 +151,27 @@ TEST(Impostor, CardsMayFollowOtherTriangles)
 {
     TreeMesh mesh = cloud(3);
     mesh.tints.assign(mesh.positions.size(), Tint{1, 2, 3});
+    mesh.sources.assign(mesh.positions.size(), VertexSource{});
     const TreeMesh before = mesh;
     meshCards(makeImpostor(before, ImpostorKind::Cards), mesh);
     EXPECT_EQ(mesh.tints.size(), mesh.positions.size());
     EXPECT_EQ(mesh.tints.back(), Tint{});
+    EXPECT_EQ(mesh.sources.front().segment, 0u);
+    EXPECT_EQ(mesh.sources.back().segment, kNoSegment);
     ASSERT_EQ(mesh.parts.size(), 2u);
     EXPECT_EQ(mesh.parts[1].firstIndex, before.indices.size());
     EXPECT_GE(mesh.indices[before.indices.size()], before.positions.size());
+}
+
+TEST(Impostor, CardsAreNeverForPlantsOfManyPixels)
+{
+    const Impostor cards = makeImpostor(cloud(50), ImpostorKind::Cards);
+    float height = 0;
+    for (const ImpostorFrame& frame : cards.frames)
+        height = std::max(height, 2 * frame.halfExtent.y);
+    EXPECT_GT(impostorError(cards, 128), impostorError(cards, 256));
+    EXPECT_EQ(impostorError(cards, 2048), impostorError(cards, 4096));
+    EXPECT_FLOAT_EQ(impostorError(cards, 4096), height / 96);
 }
 
 TEST(Impostor, NothingHasNoFramesAndOctahedralOnesNoMesh)
@@ -166,8 +182,8 @@ TEST(Impostor, NothingHasNoFramesAndOctahedralOnesNoMesh)
     meshCards(makeImpostor(cloud(3), ImpostorKind::Octahedral), mesh);
     EXPECT_TRUE(mesh.positions.empty());
     EXPECT_TRUE(mesh.parts.empty());
-    EXPECT_EQ(makeImpostor(cloud(3), ImpostorKind::Octahedral, 0).side, kMinImpostorSide);
-    EXPECT_EQ(makeImpostor(cloud(3), ImpostorKind::Octahedral, 1000).side, kMaxImpostorSide);
+    EXPECT_EQ(makeImpostor(cloud(3), ImpostorKind::Octahedral, 0).columns, kMinImpostorSide);
+    EXPECT_EQ(makeImpostor(cloud(3), ImpostorKind::Octahedral, 1000).columns, kMaxImpostorSide);
 }
 
 } // namespace espalier

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <gtest/gtest.h>
+#include <limits>
 
 namespace espalier {
 
@@ -173,21 +174,41 @@ TEST(ImpostorAtlas, ShowsTheNormalsOfThePlantFromBothSidesOfACard)
 TEST(ImpostorAtlas, OctahedralFramesKnowHowDeepThePlantIs)
 {
     const Painted trunk(column(), ImpostorKind::Octahedral, {.size = 256, .samples = 2, .threads = 2});
-    const Image& normal = trunk.atlas.normal;
-    ASSERT_EQ(normal.channels, 4u);
-    const std::uint32_t cell = normal.width / trunk.impostor.side;
+    const Image& depths = trunk.atlas.roughness;
+    const std::uint32_t side = trunk.impostor.columns;
+    const std::uint32_t cell = depths.width / side;
     std::uint32_t level = 0;
     for (std::uint32_t i = 0; i < trunk.impostor.frames.size(); ++i)
     {
         if (std::abs(trunk.impostor.frames[i].toViewer.y) > 1e-3f)
             continue;
         ++level;
-        const std::size_t x = i % trunk.impostor.side * cell + cell / 2;
-        const std::size_t y = i / trunk.impostor.side * cell + cell / 2;
-        const float stored = static_cast<float>(normal.texels[(y * normal.width + x) * 4 + 3]) / 127.5f - 1;
+        const std::size_t x = i % side * cell + cell / 2;
+        const std::size_t y = i / side * cell + cell / 2;
+        const float stored = static_cast<float>(depths.texels[(y * depths.width + x) * 3 + 2]) / 127.5f - 1;
         EXPECT_NEAR(stored * trunk.impostor.radius, 1, 0.05f); // the bark before the axis
     }
-    EXPECT_EQ(level, 4 * (trunk.impostor.side - 1));
+    EXPECT_EQ(level, 4 * (side - 1));
+}
+
+TEST(ImpostorAtlas, CardsBackToBackHaveOneOutline)
+{
+    const Painted painted(crown(500, 0.12f), ImpostorKind::Cards);
+    const Image& colour = painted.atlas.colour;
+    const std::uint32_t width = colour.width / 4;
+    const std::uint32_t height = colour.height / 2;
+    std::size_t shown = 0;
+    for (std::uint32_t card = 0; card < 4; ++card)
+        for (std::uint32_t y = 0; y < height; ++y)
+            for (std::uint32_t x = 0; x < width; ++x)
+            {
+                const auto alpha = [&](std::uint32_t row, std::uint32_t column) {
+                    return colour.texels[4 * ((row * height + y) * colour.width + card * width + column) + 3];
+                };
+                ASSERT_EQ(alpha(0, x), alpha(1, width - 1 - x));
+                shown += alpha(0, x) > 0 ? 1 : 0;
+            }
+    EXPECT_GT(shown, 100u);
 }
 
 TEST(ImpostorAtlas, TheInsideOfACrownIsDarkerThanALoneLeaf)
@@ -222,6 +243,11 @@ TEST(ImpostorAtlas, SaysWhatItCannotPaint)
     EXPECT_NE(kindOf({&mesh, &appearance, {}}, impostor, {.samples = 0}).find("0 samples"), std::string::npos);
     EXPECT_NE(kindOf({&mesh, &appearance, {}}, {}, kSmall).find("0 frames"), std::string::npos);
     EXPECT_NE(kindOf({nullptr, &appearance, {}}, impostor, kSmall).find("no mesh"), std::string::npos);
+    Impostor few = makeImpostor(mesh, ImpostorKind::Octahedral);
+    few.frames.pop_back();
+    EXPECT_NE(kindOf({&mesh, &appearance, {}}, few, kSmall).find("63 frames"), std::string::npos);
+    EXPECT_FALSE(compareImpostor({&mesh, &appearance, {}}, impostor, {}));
+    EXPECT_FALSE(compareImpostor({&mesh, &appearance, {}}, impostor, {}, std::numeric_limits<float>::quiet_NaN()));
 
     const std::atomic<bool> cancelled = true;
     const auto stopped =
