@@ -62,11 +62,11 @@ Corner cornerAt(const FoliageLight& grid, const Vec3& place)
     {
         const auto last = static_cast<float>(grid.count[static_cast<std::size_t>(axis)] - 1);
         const float at = std::clamp((place[axis] - grid.low[axis]) / grid.edge - 0.5f, 0.f, last);
-        const float whole = std::min(std::floor(at), last);
+        const auto whole = static_cast<std::int32_t>(at);
         const auto i = static_cast<std::size_t>(axis);
         first[i] = static_cast<std::size_t>(whole);
-        next[i] = static_cast<std::size_t>(std::min(whole + 1, last));
-        share[i] = at - whole;
+        next[i] = std::min(first[i] + 1, std::size_t{grid.count[i]} - 1);
+        share[i] = at - static_cast<float>(whole);
     }
     Corner corner{};
     const std::size_t row = grid.count[0];

@@ -397,10 +397,27 @@ LeafCounts countLeaves(const Foliage& foliage, std::span<const LeafAppearance> k
         for (const PlacedLeaf& leaf : leaves)
             count += thinned.keeps(leaf) ? 1 : 0;
         counts.leaves += count;
+        counts.parts += count > 0 ? 1 : 0;
         counts.vertices += count * scratch.patterns[k].vertices.size();
         counts.indices += count * scratch.patterns[k].indices.size();
     }
     return counts;
+}
+
+MeshResult addLeaves(const LeafCounts& leaves, const MeshStreams& streams, const Limits& limits,
+                     MeshCounts& counts) noexcept
+{
+    if (leaves.leaves == 0)
+        return MeshResult::EmptySkeleton;
+    if (leaves.vertices + counts.vertices > limits.vertices ||
+        leaves.indices + counts.indices > std::numeric_limits<std::uint32_t>::max())
+        return MeshResult::TooManyVertices;
+    counts.vertices += leaves.vertices;
+    counts.indices += leaves.indices;
+    counts.parts += leaves.parts;
+    counts.streams.tints = counts.streams.tints || streams.tints;
+    counts.streams.sources = counts.streams.sources || streams.sources;
+    return MeshResult::Ok;
 }
 
 MeshResult meshLeaves(const Foliage& foliage, std::span<const LeafAppearance> kinds, const LeafSettings& settings,
@@ -408,17 +425,14 @@ MeshResult meshLeaves(const Foliage& foliage, std::span<const LeafAppearance> ki
 {
     const LeafSettings kept = clamped(settings);
     kinds = known(kinds);
-    const LeafCounts counts = countLeaves(foliage, kinds, kept, scratch);
-    if (counts.leaves == 0)
-        return MeshResult::EmptySkeleton;
+    MeshCounts counts = countsOf(mesh);
+    if (const MeshResult result = addLeaves(countLeaves(foliage, kinds, kept, scratch), kept.streams, limits, counts);
+        result != MeshResult::Ok)
+        return result;
     const std::size_t firstVertex = mesh.positions.size();
     const std::size_t firstIndex = mesh.indices.size();
-    if (counts.vertices + firstVertex > limits.vertices ||
-        counts.indices + firstIndex > std::numeric_limits<std::uint32_t>::max())
-        return MeshResult::TooManyVertices;
-
-    mesh.resizeVertices(firstVertex + counts.vertices, kept.streams);
-    mesh.indices.resize(firstIndex + counts.indices);
+    mesh.resizeVertices(counts.vertices, kept.streams);
+    mesh.indices.resize(counts.indices);
     LeafWriter writer(firstVertex, firstIndex, mesh);
     std::size_t index = firstIndex;
     for (std::size_t k = 0; k < kinds.size(); ++k)

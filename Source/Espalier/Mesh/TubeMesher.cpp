@@ -439,31 +439,33 @@ private:
     PartCursors& cursors_;
 };
 
-} // namespace
-
-MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
-                     const Limits& limits, TubeScratch& scratch, TreeMesh& mesh)
+TubePlan planOf(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+                TubeScratch& scratch)
 {
-    if (!isSound(skeleton) || !isWoodWithin(skeleton, static_cast<float>(limits.coordinate)))
-        return MeshResult::UnsoundSkeleton;
-
     const TubeSettings kept = clamped(settings);
     const AxisRounding rounding{.smoothing = kept.smoothing,
                                 .cosMaxTurn = static_cast<float>(math::cos(static_cast<double>(kept.maxRingAngle)))};
-    const TubePlan plan{skeleton, kept, rounding, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
+    return {skeleton, kept, rounding, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
+}
+
+/// Plans all tubes and adds to `counts` and `cursors` what they will take.
+MeshResult planTubes(const TubePlan& plan, const Limits& limits, MeshCounts& counts, PartCursors& cursors)
+{
+    const Skeleton& skeleton = plan.skeleton;
+    TubeScratch& scratch = plan.scratch;
+    if (!isSound(skeleton) || !isWoodWithin(skeleton, static_cast<float>(limits.coordinate)))
+        return MeshResult::UnsoundSkeleton;
 
     beginPlan(plan);
-    std::uint64_t vertices = mesh.positions.size();
-    std::uint64_t indices = mesh.indices.size();
-    PartCursors cursors;
+    MeshCounts all = counts;
     const auto count = [&](const Tube& tube) {
-        vertices += vertexCountOf(tube, scratch.sheets);
+        all.vertices += vertexCountOf(tube, scratch.sheets);
         const std::uint64_t own = indexCountOf(tube, scratch.sheets);
-        indices += own;
+        all.indices += own;
         cursors.count(tube.colour, own);
-        return vertices <= limits.vertices && indices <= std::numeric_limits<std::uint32_t>::max();
+        return all.vertices <= limits.vertices && all.indices <= std::numeric_limits<std::uint32_t>::max();
     };
-    const bool isWelded = kept.joints == TubeJoints::Weld;
+    const bool isWelded = plan.settings.joints == TubeJoints::Weld;
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
     {
         if (!planTubeAt(plan, i))
@@ -480,6 +482,7 @@ MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
     if (isWelded)
     {
         scratch.unwelded.resizeVertices(0, {});
+        frameTubes(plan);
         planWelds(plan);
         for (const Tube& tube : scratch.tubes)
         {
@@ -487,9 +490,35 @@ MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
                 return MeshResult::TooManyVertices;
         }
     }
+    all.parts += cursors.parts();
+    all.streams.tints = all.streams.tints || plan.settings.streams.tints;
+    all.streams.sources = all.streams.sources || plan.settings.streams.sources;
+    counts = all;
+    return MeshResult::Ok;
+}
 
+} // namespace
+
+MeshResult countTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+                      const Limits& limits, TubeScratch& scratch, MeshCounts& counts)
+{
+    PartCursors cursors;
+    return planTubes(planOf(skeleton, bark, settings, scratch), limits, counts, cursors);
+}
+
+MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+                     const Limits& limits, TubeScratch& scratch, TreeMesh& mesh)
+{
+    const TubePlan plan = planOf(skeleton, bark, settings, scratch);
+    MeshCounts counts = countsOf(mesh);
+    PartCursors cursors;
+    if (const MeshResult result = planTubes(plan, limits, counts, cursors); result != MeshResult::Ok)
+        return result;
+
+    if (plan.settings.joints == TubeJoints::Embed)
+        frameTubes(plan);
     const std::size_t firstVertex = mesh.positions.size();
-    mesh.resizeVertices(vertices, kept.streams);
+    mesh.resizeVertices(counts.vertices, plan.settings.streams);
     cursors.open(MeshMaterial::Bark, mesh);
     TubeWriter writer(plan, bark, mesh, firstVertex, cursors);
     for (const Tube& tube : scratch.tubes)
