@@ -156,6 +156,13 @@ public:
         }
     }
 
+    /// Counts the places of each kind instead of placing leaves.
+    [[nodiscard]] MeshResult count(PlaceCounts& counts)
+    {
+        counts_ = &counts;
+        return place();
+    }
+
     [[nodiscard]] MeshResult place()
     {
         scratch_.candidates.clear();
@@ -286,6 +293,11 @@ private:
         places_ += nodes * each + (kind.atTip ? 1 : 0);
         if (places_ > static_cast<double>(limits_.vertices))
             return MeshResult::TooManyVertices;
+        if (counts_ != nullptr)
+        {
+            (*counts_)[number] += static_cast<std::uint64_t>(nodes) * each + (kind.atTip ? 1 : 0);
+            return MeshResult::Ok;
+        }
 
         if (kind.atTip)
         {
@@ -383,6 +395,7 @@ private:
     std::array<float, kMaxLeafKinds> areas_{};       ///< Of a leaf of each kind, in squares of its length.
     float thickest_ = 0;                             // wood that any kind stands on
     double places_ = 0;
+    PlaceCounts* counts_ = nullptr; ///< None: leaves are placed.
 };
 
 /// The crown as an ellipsoid: its middle, and one over the squares of its half axes, up to a factor.
@@ -487,19 +500,40 @@ std::span<const PlacedLeaf> Foliage::ofKind(std::size_t kind) const noexcept
     return std::span(leaves).subspan(starts[kind], starts[kind + 1] - starts[kind]);
 }
 
-MeshResult placeLeaves(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing,
-                       const Limits& limits, FoliageScratch& scratch, Foliage& foliage)
+namespace {
+
+/// Ok if leaves can be looked for.
+MeshResult check(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, const Limits& limits)
 {
-    foliage.clear();
     if (kinds.empty() || skeleton.empty())
         return MeshResult::EmptySkeleton;
     if (!isSound(skeleton) || !isWoodWithin(skeleton, static_cast<float>(limits.coordinate)))
         return MeshResult::UnsoundSkeleton;
+    return MeshResult::Ok;
+}
+
+} // namespace
+
+MeshResult placeLeaves(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing,
+                       const Limits& limits, FoliageScratch& scratch, Foliage& foliage)
+{
+    foliage.clear();
+    if (const MeshResult result = check(skeleton, kinds, limits); result != MeshResult::Ok)
+        return result;
     const MeshResult result = Placer(skeleton, kinds, smoothing, limits, scratch).place();
     if (result != MeshResult::Ok)
         return result;
     settle(kinds.first(std::min(kinds.size(), kMaxLeafKinds)), scratch, foliage);
     return foliage.leaves.empty() ? MeshResult::EmptySkeleton : MeshResult::Ok;
+}
+
+MeshResult countPlaces(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing,
+                       const Limits& limits, FoliageScratch& scratch, PlaceCounts& counts)
+{
+    counts.fill(0);
+    if (const MeshResult result = check(skeleton, kinds, limits); result != MeshResult::Ok)
+        return result;
+    return Placer(skeleton, kinds, smoothing, limits, scratch).count(counts);
 }
 
 } // namespace espalier

@@ -378,6 +378,15 @@ std::span<const LeafAppearance> known(std::span<const LeafAppearance> kinds)
     return kinds.first(std::min(kinds.size(), kMaxLeafKinds));
 }
 
+/// Adds so many leaves of kind `k`, whose pattern is laid.
+void add(std::uint64_t leaves, std::size_t k, const LeafScratch& scratch, LeafCounts& counts)
+{
+    counts.leaves += leaves;
+    counts.vertices += leaves * scratch.patterns[k].vertices.size();
+    counts.indices += leaves * scratch.patterns[k].indices.size();
+    counts.parts += leaves > 0 ? 1 : 0;
+}
+
 } // namespace
 
 LeafCounts countLeaves(const Foliage& foliage, std::span<const LeafAppearance> kinds, const LeafSettings& settings,
@@ -393,13 +402,25 @@ LeafCounts countLeaves(const Foliage& foliage, std::span<const LeafAppearance> k
             continue;
         layPattern(kinds[k], std::max(kept.bend, kept.error), scratch, scratch.patterns[k]);
         const Thinned thinned(kinds[k], kept.error);
-        std::uint64_t count = 0;
-        for (const PlacedLeaf& leaf : leaves)
-            count += thinned.keeps(leaf) ? 1 : 0;
-        counts.leaves += count;
-        counts.parts += count > 0 ? 1 : 0;
-        counts.vertices += count * scratch.patterns[k].vertices.size();
-        counts.indices += count * scratch.patterns[k].indices.size();
+        std::uint64_t count = leaves.size();
+        if (kept.error > 0)
+            count = static_cast<std::uint64_t>(
+                std::ranges::count_if(leaves, [&](const PlacedLeaf& leaf) { return thinned.keeps(leaf); }));
+        add(count, k, scratch, counts);
+    }
+    return counts;
+}
+
+LeafCounts countLeaves(const PlaceCounts& places, std::span<const LeafAppearance> kinds, const LeafSettings& settings,
+                       LeafScratch& scratch)
+{
+    const LeafSettings kept = clamped(settings);
+    LeafCounts counts;
+    kinds = known(kinds);
+    for (std::size_t k = 0; k < kinds.size(); ++k)
+    {
+        layPattern(kinds[k], std::max(kept.bend, kept.error), scratch, scratch.patterns[k]);
+        add(places[k], k, scratch, counts);
     }
     return counts;
 }

@@ -73,6 +73,10 @@ struct LeafCounts
 [[nodiscard]] LeafCounts countLeaves(const Foliage& foliage, std::span<const LeafAppearance> kinds,
                                      const LeafSettings& settings, LeafScratch& scratch);
 
+/// The same for so many leaves of each kind, none of which is thinned.
+[[nodiscard]] LeafCounts countLeaves(const PlaceCounts& places, std::span<const LeafAppearance> kinds,
+                                     const LeafSettings& settings, LeafScratch& scratch);
+
 /// Adds leaves to the counts of a mesh, and gives the result that meshLeaves has for it: unless Ok, nothing is added.
 [[nodiscard]] MeshResult addLeaves(const LeafCounts& leaves, const MeshStreams& streams, const Limits& limits,
                                    MeshCounts& counts) noexcept;

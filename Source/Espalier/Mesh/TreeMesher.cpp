@@ -1,6 +1,7 @@
 #include <Espalier/Mesh/TreeMesher.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
+#include <limits>
 #include <string>
 
 namespace espalier {
@@ -129,6 +130,30 @@ MeshResult countTree(const Skeleton& skeleton, const Appearance& appearance, con
         const LeafSettings kept = leafSettingsOf(skeleton, settings);
         leaves =
             addLeaves(countLeaves(scratch.foliage, appearance.leaves, kept, scratch.leaves), kept.streams, limits, all);
+    }
+    if (isMeshed(leaves))
+        counts = all;
+    return leaves == MeshResult::EmptySkeleton ? bare : leaves;
+}
+
+MeshResult meshBound(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
+                     const Limits& limits, MeshScratch& scratch, MeshCounts& counts)
+{
+    MeshCounts all = counts;
+    const MeshResult bare = countBare(skeleton, appearance, settings, limits, scratch, all);
+    if (!isMeshed(bare))
+        return bare;
+    PlaceCounts places{};
+    MeshResult leaves =
+        countPlaces(skeleton, appearance.leaves, settings.tubes.smoothing, limits, scratch.placing, places);
+    if (leaves == MeshResult::Ok)
+    {
+        const LeafCounts most =
+            countLeaves(places, appearance.leaves, leafSettingsOf(skeleton, settings), scratch.leaves);
+        all.vertices = std::min<std::uint64_t>(all.vertices + most.vertices, limits.vertices);
+        all.indices = std::min<std::uint64_t>(all.indices + most.indices, std::numeric_limits<std::uint32_t>::max());
+        all.parts += most.parts;
+        all.streams = streamsFor(appearance, settings);
     }
     if (isMeshed(leaves))
         counts = all;
