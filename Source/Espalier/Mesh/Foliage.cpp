@@ -367,7 +367,7 @@ private:
         const auto cos = static_cast<float>(lean.cos);
         const Vec3 risen = cos * point.tangent + sin * radial;
 
-        FoliageScratch::Candidate candidate;
+        FoliageScratch::Candidate& candidate = scratch_.candidates.emplace_back();
         PlacedLeaf& placed = candidate.leaf;
         placed.heading = unitOr(glm::mix(risen, Vec3(0, -1, 0), kind.droop), risen);
         // Its upper side looks towards the tip of the shoot, or as far as wanted to the sky.
@@ -381,7 +381,6 @@ private:
         placed.outward = Vec3(shade); // until its place in the crown is known
         candidate.kind = number;
         candidate.lot = stays.a;
-        scratch_.candidates.push_back(candidate);
         scratch_.shaders.push_back({middleOf(placed), areas_[number] * placed.length * placed.length});
         return scratch_.candidates.size() * kFewestVertices <= limits_.vertices;
     }

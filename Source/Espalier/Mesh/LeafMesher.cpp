@@ -2,6 +2,7 @@
 #include <Espalier/Mesh/LeafMesher.h>
 
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/AxisCurve.h>
 #include <Espalier/Mesh/BallPattern.h>
 #include <Espalier/Mesh/RingFrames.h>
@@ -326,26 +327,41 @@ public:
         const Vec3 right = glm::cross(leaf.heading, leaf.face);
         const Vec3 out(glm::dot(leaf.outward, right), glm::dot(leaf.outward, leaf.heading),
                        glm::dot(leaf.outward, leaf.face));
-        const auto toPlant = [&](const Vec3& v) { return v.x * right + v.y * leaf.heading + v.z * leaf.face; };
+        const auto four = [](const Vec3& v) { return simd::Four{v.x, v.y, v.z, 0}; };
+        const simd::Four x = four(right);
+        const simd::Four y = four(leaf.heading);
+        const simd::Four z = four(leaf.face);
+        const simd::Four foot = four(leaf.foot);
+        const simd::Four size = simd::all(length);
+        const auto toPlant = [&](const Vec3& v) {
+            return simd::all(v.x) * x + simd::all(v.y) * y + simd::all(v.z) * z;
+        };
         const auto first = static_cast<std::uint32_t>(vertex_);
+        Vec3* position = &mesh_.positions[vertex_];
+        Vec3* normalAt = &mesh_.normals[vertex_];
+        Vec4* tangent = &mesh_.tangents[vertex_];
+        Vec2* uv = &mesh_.uvs[vertex_];
         for (const LeafVertex& vertex : pattern.vertices)
         {
             const Vec3 normal = bentOut(vertex, out, pattern.bends);
             Vec3 along = vertex.right - glm::dot(vertex.right, normal) * normal;
             along *= 1 / glm::length(along);
-            mesh_.positions[vertex_] = leaf.foot + length * toPlant(vertex.position);
-            mesh_.normals[vertex_] = toPlant(normal);
-            mesh_.tangents[vertex_] = Vec4(toPlant(along), 1);
-            mesh_.uvs[vertex_] = vertex.uv;
-            ++vertex_;
+            simd::storeThree(position++, foot + size * toPlant(vertex.position));
+            simd::storeThree(normalAt++, toPlant(normal));
+            simd::storeThree(tangent, toPlant(along));
+            tangent++->w = 1;
+            *uv++ = vertex.uv;
         }
+        vertex_ += pattern.vertices.size();
         const std::size_t count = pattern.vertices.size();
         if (!mesh_.tints.empty())
             std::fill_n(&mesh_.tints[first], count, leaf.tint);
         if (!mesh_.sources.empty())
             std::fill_n(&mesh_.sources[first], count, source);
+        std::uint32_t* index = &mesh_.indices[index_];
         for (const std::uint32_t i : pattern.indices)
-            mesh_.indices[index_++] = first + i;
+            *index++ = first + i;
+        index_ += pattern.indices.size();
     }
 
 private:
