@@ -8,18 +8,19 @@
 #include <Espalier/Mesh/TreeMesher.h>
 #include <Espalier/Mesh/Wind.h>
 #include <Espalier/Plant/Axes.h>
+#include <array>
 #include <cstring>
 
 namespace espalier {
 
 namespace {
 
-template <class T>
-void copyBytes(const std::vector<T>& from, std::vector<T>& to)
+template <class Vector>
+void copyBytes(const Vector& from, Vector& to)
 {
     to.resize(from.size());
     if (!from.empty())
-        std::memcpy(to.data(), from.data(), from.size() * sizeof(T));
+        std::memcpy(to.data(), from.data(), from.size() * sizeof(typename Vector::value_type));
     benchmark::DoNotOptimize(to.data());
     benchmark::ClobberMemory();
 }
@@ -193,7 +194,32 @@ void parametersToMesh(benchmark::State& state)
     state.counters["segments"] = skeleton.size();
 }
 
-/// Levels 1 to 3 of an oak of about 1,200,000 triangles, beside making the full plant.
+/// What is known before a mesh is made, beside making it.
+void counts(benchmark::State& state, const std::string& name, decltype(&countTree) count)
+{
+    const Skeleton& skeleton = scenes::skeleton(name);
+    const Appearance& appearance = scenes::appearance(name);
+    MeshScratch scratch;
+    MeshScratch otherScratch;
+    MeshCounts counted;
+    TreeMesh mesh;
+    scenes::timeBeside(
+        state,
+        [&] {
+            counted = {};
+            if (count(skeleton, appearance, {}, {}, scratch, counted) != MeshResult::Ok)
+                state.SkipWithError("not counted");
+        },
+        [&] {
+            mesh.clear();
+            if (meshTree(skeleton, appearance, {}, {}, otherScratch, mesh) != MeshResult::Ok)
+                state.SkipWithError("not meshed");
+        });
+    state.counters["vertices"] = static_cast<double>(counted.vertices);
+    state.counters["share"] = static_cast<double>(counted.bytes()) / static_cast<double>(countsOf(mesh).bytes());
+}
+
+/// Levels 1 to 3 of an oak of about 1,100,000 triangles, beside making the full plant.
 void threeLevels(benchmark::State& state)
 {
     const Skeleton& skeleton = scenes::skeleton("oak");
@@ -203,15 +229,14 @@ void threeLevels(benchmark::State& state)
     MeshScratch fullScratch;
     TreeMesh full;
     std::array<TreeMesh, 3> levels;
+    std::array<DetailLevel, 3> details;
     scenes::timeBeside(
         state,
         [&] {
-            for (std::uint32_t i = 0; i < levels.size(); ++i)
-            {
-                levels[i].clear();
-                if (meshDetailLevel(skeleton, appearance, i + 1, {}, {}, scratch, levels[i]).result != MeshResult::Ok)
+            meshDetailLevels(skeleton, appearance, 1, {}, {}, scratch, levels, details);
+            for (const DetailLevel& detail : details)
+                if (detail.result != MeshResult::Ok)
                     state.SkipWithError("not meshed");
-            }
         },
         [&] {
             full.clear();
@@ -261,6 +286,8 @@ BENCHMARK_CAPTURE(wholeTree, palm, "palm")->Unit(benchmark::kMicrosecond)->UseMa
 BENCHMARK_CAPTURE(wholeTree, willow, "willow")->Unit(benchmark::kMicrosecond)->UseManualTime();
 BENCHMARK_CAPTURE(places, oak, "oak")->Unit(benchmark::kMicrosecond)->UseManualTime();
 BENCHMARK_CAPTURE(places, willow, "willow")->Unit(benchmark::kMicrosecond)->UseManualTime();
+BENCHMARK_CAPTURE(counts, exact, "oak", countTree)->Unit(benchmark::kMicrosecond)->UseManualTime();
+BENCHMARK_CAPTURE(counts, bound, "oak", meshBound)->Unit(benchmark::kMicrosecond)->UseManualTime();
 BENCHMARK(parametersToMesh)->Unit(benchmark::kMicrosecond)->UseManualTime();
 BENCHMARK(threeLevels)->Unit(benchmark::kMillisecond)->UseManualTime();
 BENCHMARK_CAPTURE(wind, oak, "oak")->Unit(benchmark::kMicrosecond)->UseManualTime();
