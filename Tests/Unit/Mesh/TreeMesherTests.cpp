@@ -189,7 +189,7 @@ TEST(TreeMesher, LimitsHoldAlikeForCountsAndMeshes)
     for (const Mode& mode : modes())
     {
         SCOPED_TRACE(mode.name);
-        const Appearance appearance = appearanceIn(mode, oak);
+        const Appearance appearance = appearanceIn(mode, birch);
         MeshCounts all;
         ASSERT_EQ(countTree(birch.skeleton, appearance, mode.settings, {}, scratch, all), MeshResult::Ok);
         MeshCounts bare;
