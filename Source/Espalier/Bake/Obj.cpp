@@ -66,7 +66,7 @@ private:
 };
 
 template <class Vector>
-bool areFinite(const std::vector<Vector>& all)
+bool areFinite(const RawVector<Vector>& all)
 {
     return std::ranges::all_of(all, [](const Vector& v) { return isFinite(v); });
 }

@@ -50,6 +50,12 @@ inline Four withLast(Four value, Four last) noexcept
     return (Four)((FourInts)value | ((FourInts)last & kLast));
 }
 
+/// Four times one number.
+inline Four all(float value) noexcept
+{
+    return Four{value, value, value, value};
+}
+
 /// Where `memory` need not be aligned.
 inline Four load(const void* memory) noexcept
 {
@@ -60,6 +66,11 @@ inline Four load(const void* memory) noexcept
 inline void store(void* memory, Four value) noexcept
 {
     std::memcpy(memory, &value, sizeof(value));
+}
+/// The first three elements.
+inline void storeThree(void* memory, Four value) noexcept
+{
+    std::memcpy(memory, &value, 3 * sizeof(float));
 }
 
 } // namespace espalier::simd

@@ -127,16 +127,6 @@ void setRadius(CurvePoint& point, float along, float length, float radius0, floa
 
 } // namespace
 
-Vec3 directionOr(const Vec3& v, const Vec3& otherwise) noexcept
-{
-    // Scaled first: the square of a short vector would underflow.
-    const float largest = std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)});
-    if (!(largest > 0) || !std::isfinite(largest))
-        return otherwise;
-    const Vec3 scaled = v / largest;
-    return scaled / std::sqrt(glm::dot(scaled, scaled));
-}
-
 bool areApart(const Vec3& a, const Vec3& b) noexcept
 {
     constexpr float kSmallest = 1e-6f;      // metres

@@ -143,11 +143,13 @@ void addRuns(const Skeleton& skeleton, std::uint32_t first, const CapsuleSetting
 }
 
 /// Boughs and all on them, and the trunk from its first bough on.
-void gatherCrown(const Skeleton& skeleton, std::vector<Vec3>& points)
+void gatherCrown(const Skeleton& skeleton, CollisionScratch& scratch)
 {
+    std::vector<Vec3>& points = scratch.points;
+    std::vector<std::uint8_t>& isCrown = scratch.isCrown;
     points.clear();
     const bool hasBoughs = std::ranges::any_of(skeleton.orders, [](std::uint16_t order) { return order > 0; });
-    std::vector<std::uint8_t> isCrown(skeleton.size(), hasBoughs ? 0 : 1);
+    isCrown.assign(skeleton.size(), hasBoughs ? 0 : 1);
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
     {
         const std::uint32_t parent = skeleton.parents[i];
@@ -315,8 +317,12 @@ std::size_t meshAxes(const Skeleton& skeleton, std::uint32_t count, float tolera
 }
 
 /// Copies the triangles with corners that share a place made one, and without those that this leaves no area.
-void share(const TreeMesh& mesh, std::vector<std::uint32_t>& order, CollisionMesh& shape)
+void share(CollisionScratch& scratch, CollisionMesh& shape)
 {
+    const TreeMesh& mesh = scratch.mesh;
+    std::vector<std::uint32_t>& order = scratch.order;
+    std::vector<std::uint32_t>& first = scratch.first;
+    std::vector<std::uint32_t>& numberOf = scratch.numberOf;
     const auto before = [&](std::uint32_t a, std::uint32_t b) {
         const Vec3& p = mesh.positions[a];
         const Vec3& q = mesh.positions[b];
@@ -330,11 +336,11 @@ void share(const TreeMesh& mesh, std::vector<std::uint32_t>& order, CollisionMes
     for (std::uint32_t i = 0; i < order.size(); ++i)
         order[i] = i;
     std::sort(order.begin(), order.end(), before);
-    std::vector<std::uint32_t> first(mesh.positions.size()); // with the same place
+    first.resize(mesh.positions.size());
     for (std::size_t i = 0; i < order.size(); ++i)
         first[order[i]] =
             i > 0 && mesh.positions[order[i]] == mesh.positions[order[i - 1]] ? first[order[i - 1]] : order[i];
-    std::vector<std::uint32_t> numberOf(mesh.positions.size(), kNoSegment);
+    numberOf.assign(mesh.positions.size(), kNoSegment);
     for (std::size_t t = 0; t + 2 < mesh.indices.size(); t += 3)
     {
         std::array<std::uint32_t, 3> corners{};
@@ -428,7 +434,7 @@ CollisionResult crownHull(const Skeleton& skeleton, std::uint32_t mostVertices, 
     hull.clear();
     if (const CollisionResult result = check(skeleton); result != CollisionResult::Ok)
         return result;
-    gatherCrown(skeleton, scratch.points);
+    gatherCrown(skeleton, scratch);
     switch (convexHull(scratch.points, mostVertices, scratch.hull, hull))
     {
     case HullResult::Ok:
@@ -476,7 +482,7 @@ CollisionResult collisionMesh(const Skeleton& skeleton, const CollisionMeshSetti
     if (triangles == 0)
         return CollisionResult::EmptySkeleton;
     shape.axes = std::max(fitting, 1u);
-    share(scratch.mesh, scratch.order, shape);
+    share(scratch, shape);
     return CollisionResult::Ok;
 }
 

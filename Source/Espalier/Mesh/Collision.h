@@ -54,7 +54,7 @@ enum class CollisionResult : std::uint8_t
 /// What to tell people: "it has no wood thick enough". Empty for Ok.
 [[nodiscard]] std::string_view reasonOf(CollisionResult result) noexcept;
 
-/// Memory that collision shapes need in between; reuse it. One per thread.
+/// Memory that collision shapes need in between; reuse it and nothing is allocated after warm-up. One per thread.
 struct CollisionScratch
 {
     struct Run
@@ -77,6 +77,9 @@ struct CollisionScratch
     std::vector<std::uint32_t> rankOf; ///< Of each axis: its place among all by size.
     std::vector<std::uint32_t> prunedOf;
     std::vector<std::uint32_t> order;
+    std::vector<std::uint8_t> isCrown;   ///< Of each segment.
+    std::vector<std::uint32_t> first;    ///< Of each vertex: the first in the same place.
+    std::vector<std::uint32_t> numberOf; ///< Of each vertex: its number in the shape.
     HullScratch hull;
     TubeScratch tubes;
     Skeleton pruned;

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 namespace espalier {
 
@@ -22,72 +21,103 @@ float errorAt(int step, float finest)
     return error;
 }
 
+/// Counts what a plant would take at one error or another, and makes it a mesh at the one that is chosen.
 class LevelMesher
 {
 public:
     LevelMesher(const Skeleton& full, const Appearance& appearance, const MeshSettings& settings, const Limits& limits,
                 DetailScratch& scratch)
-        : full_(full), appearance_(appearance), settings_(settings), limits_(limits), scratch_(scratch)
+        : full_(full), appearance_(appearance), settings_(settings), limits_(limits), scratch_(scratch),
+          finest_(std::max(2 * settings.tubes.chordError, 1e-4f))
     {}
 
-    /// Wood and shapes of the full plant, and places of its leaves.
+    /// Counts the full plant and finds the places of its leaves.
     MeshResult begin()
     {
-        scratch_.best.clear();
-        const MeshResult bare = meshBare(full_, appearance_, settings_, limits_, scratch_.mesh, scratch_.best);
-        if (bare != MeshResult::Ok && bare != MeshResult::EmptySkeleton)
-            return bare;
+        scratch_.tried.clear();
+        MeshCounts bare;
+        const MeshResult wood = countBare(full_, appearance_, settings_, limits_, scratch_.mesh, bare);
+        if (wood != MeshResult::Ok && wood != MeshResult::EmptySkeleton)
+            return wood;
         const MeshResult placed = placeLeaves(full_, appearance_.leaves, settings_.tubes.smoothing, limits_,
                                               scratch_.mesh.placing, scratch_.mesh.foliage);
-        if (placed == MeshResult::EmptySkeleton)
-            return bare;
-        if (placed != MeshResult::Ok)
+        if (placed != MeshResult::Ok && placed != MeshResult::EmptySkeleton)
             return placed;
         const LeafCounts leaves = leavesAt(0);
-        const bool isMuch = leaves.vertices + scratch_.best.positions.size() > limits_.vertices;
+        indices_ = bare.indices + leaves.indices;
+        if (placed == MeshResult::EmptySkeleton)
+            return wood;
+        const bool isMuch = leaves.vertices + bare.vertices > limits_.vertices;
         return isMuch ? MeshResult::TooManyVertices : MeshResult::Ok;
     }
 
-    /// Three a triangle, of `best` with leaves thinned by `error`.
-    [[nodiscard]] std::uint64_t bestIndices(float error)
+    /// The coarser mesh that has at most 1 / 2^level of the full plant's triangles.
+    DetailLevel mesh(std::uint32_t level, TreeMesh& mesh)
     {
-        return scratch_.best.indices.size() + leavesAt(error).indices;
+        const std::uint64_t wanted = indices_ >> level;
+        // The same steps for every level: what is too fine for this one is so for the next, so errors never fall.
+        int fine = 0;
+        int coarse = kSteps;
+        while (coarse - fine > 1)
+        {
+            const int middle = (fine + coarse) / 2;
+            (isFewAt(middle, wanted) ? coarse : fine) = middle;
+        }
+        // Of the last step nobody knows yet whether it has a mesh, even if one of too many triangles.
+        const bool hasMesh = coarse < kSteps || isFewAt(coarse, std::numeric_limits<std::uint64_t>::max());
+        const float error = errorAt(coarse, finest_);
+        return {write(hasMesh ? error : 0, error, mesh), error};
     }
 
-    /// Makes the plant thinned by `error` the best so far, if it has no more indices than wanted.
-    bool trial(float error, std::uint64_t wanted)
+private:
+    /// True if the plant thinned by the error of `step` has a mesh, of no more indices than wanted.
+    [[nodiscard]] bool isFewAt(int step, std::uint64_t wanted)
     {
-        const std::uint64_t leaves = leavesAt(error).indices;
-        if (leaves > wanted)
+        DetailScratch::Trial& trial = trialAt(step);
+        if (trial.leaves > wanted)
             return false;
-        thinSkeleton(full_, error, scratch_.thinning, scratch_.thinned);
-        scratch_.trial.clear();
-        const MeshResult result = meshBare(scratch_.thinned, appearance_, coarserBy(error, settings_), limits_,
-                                           scratch_.mesh, scratch_.trial);
-        // Nothing left of bare wood is few enough; wood that was widened beyond all limits is no mesh.
-        if ((result != MeshResult::Ok && result != MeshResult::EmptySkeleton) ||
-            scratch_.trial.indices.size() + leaves > wanted)
-            return false;
-        nameFullSources(scratch_.thinning, scratch_.trial);
-        std::swap(scratch_.best, scratch_.trial);
-        return true;
+        if (!trial.isCounted)
+        {
+            const float error = errorAt(step, finest_);
+            thinSkeleton(full_, error, scratch_.thinning, scratch_.thinned);
+            MeshCounts bare;
+            const MeshResult result =
+                countBare(scratch_.thinned, appearance_, coarserBy(error, settings_), limits_, scratch_.mesh, bare);
+            // Nothing left of bare wood is few enough; wood that was widened beyond all limits is no mesh.
+            trial.hasMesh = result == MeshResult::Ok || result == MeshResult::EmptySkeleton;
+            trial.bare = bare.indices;
+            trial.isCounted = true;
+        }
+        return trial.hasMesh && trial.bare + trial.leaves <= wanted;
     }
 
-    /// Appends the best so far with leaves thinned by `error`.
-    MeshResult finish(float error, TreeMesh& mesh)
+    /// What is known of a step; its leaves are counted.
+    [[nodiscard]] DetailScratch::Trial& trialAt(int step)
     {
-        const TreeMesh& best = scratch_.best;
-        mesh = best;
-        const MeshResult leaves = meshLeaves(scratch_.mesh.foliage, appearance_.leaves, leafSettings(error), limits_,
-                                             scratch_.mesh.leaves, mesh);
+        const auto known = std::ranges::find(scratch_.tried, step, &DetailScratch::Trial::step);
+        if (known != scratch_.tried.end())
+            return *known;
+        return scratch_.tried.emplace_back(
+            DetailScratch::Trial{.step = step, .leaves = leavesAt(errorAt(step, finest_)).indices});
+    }
+
+    /// Fills `mesh` with the plant, its wood thinned by one error and its leaves by another.
+    MeshResult write(float woodError, float leafError, TreeMesh& mesh)
+    {
+        mesh.clear();
+        thinSkeleton(full_, woodError, scratch_.thinning, scratch_.thinned);
+        const MeshResult bare =
+            meshBare(scratch_.thinned, appearance_, coarserBy(woodError, settings_), limits_, scratch_.mesh, mesh);
+        nameFullSources(scratch_.thinning, mesh);
+        const MeshResult leaves = meshLeaves(scratch_.mesh.foliage, appearance_.leaves, leafSettings(leafError),
+                                             limits_, scratch_.mesh.leaves, mesh);
         if (leaves == MeshResult::EmptySkeleton)
-            return best.indices.empty() ? leaves : MeshResult::Ok;
+            return bare;
         if (leaves != MeshResult::Ok)
             mesh.clear();
         return leaves;
     }
 
-private:
     [[nodiscard]] LeafSettings leafSettings(float error) const
     {
         return leafSettingsOf(full_, coarserBy(error, settings_));
@@ -103,36 +133,47 @@ private:
     const MeshSettings& settings_;
     const Limits& limits_;
     DetailScratch& scratch_;
+    /// Metres. Facets of the full plant are that far off already: nothing finer than them would be less.
+    const float finest_;
+    std::uint64_t indices_ = 0; ///< Three a triangle, of the full plant.
 };
 
 } // namespace
 
+void meshDetailLevels(const Skeleton& full, const Appearance& appearance, std::uint32_t first,
+                      const MeshSettings& settings, const Limits& limits, DetailScratch& scratch,
+                      std::span<TreeMesh> meshes, std::span<DetailLevel> levels)
+{
+    LevelMesher mesher(full, appearance, settings, limits, scratch);
+    MeshResult begun = MeshResult::Ok;
+    bool isBegun = false;
+    for (std::size_t i = 0; i < meshes.size(); ++i)
+    {
+        const auto level = static_cast<std::uint32_t>(std::min<std::size_t>(first + i, kMostDetailLevel));
+        if (level == 0)
+        {
+            meshes[i].clear();
+            levels[i] = {meshTree(full, appearance, settings, limits, scratch.mesh, meshes[i]), 0};
+            continue;
+        }
+        if (!isBegun)
+            begun = mesher.begin();
+        isBegun = true;
+        if (begun == MeshResult::Ok)
+            levels[i] = mesher.mesh(level, meshes[i]);
+        else
+        {
+            meshes[i].clear();
+            levels[i] = {begun, 0};
+        }
+    }
+}
+
 DetailLevel meshDetailLevel(const Skeleton& full, const Appearance& appearance, std::uint32_t level,
                             const MeshSettings& settings, const Limits& limits, DetailScratch& scratch, TreeMesh& mesh)
 {
-    level = std::min(level, kMostDetailLevel);
-    if (level == 0)
-        return {meshTree(full, appearance, settings, limits, scratch.mesh, mesh), 0};
-    LevelMesher mesher(full, appearance, settings, limits, scratch);
-    DetailLevel detail{mesher.begin(), 0};
-    if (detail.result != MeshResult::Ok)
-        return detail;
-    const std::uint64_t wanted = mesher.bestIndices(0) >> level;
-
-    // Facets of the full plant are that far off already: nothing finer than them would be less.
-    const float finest = std::max(2 * settings.tubes.chordError, 1e-4f);
-    // The same steps for every level: what is too fine for this one is so for the next, so errors never fall.
-    int fine = 0;
-    int coarse = kSteps;
-    while (coarse - fine > 1)
-    {
-        const int middle = (fine + coarse) / 2;
-        (mesher.trial(errorAt(middle, finest), wanted) ? coarse : fine) = middle;
-    }
-    detail.error = errorAt(coarse, finest);
-    if (coarse == kSteps) // not tried: even the coarsest has more
-        mesher.trial(detail.error, std::numeric_limits<std::uint64_t>::max());
-    detail.result = mesher.finish(detail.error, mesh);
+    DetailLevel detail;
+    meshDetailLevels(full, appearance, level, settings, limits, scratch, {&mesh, 1}, {&detail, 1});
     return detail;
 }
 

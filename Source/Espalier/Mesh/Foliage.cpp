@@ -113,6 +113,33 @@ struct Lots
     }
 };
 
+Vec3 middleOf(const PlacedLeaf& leaf)
+{
+    return leaf.foot + 0.5f * leaf.length * leaf.heading;
+}
+
+float coverOf(const LeafAppearance& kind, std::vector<FoliageScratch::Cover>& known)
+{
+    for (const FoliageScratch::Cover& cover : known)
+        if (cover.kind == kind)
+            return cover.share;
+    constexpr std::size_t kMostKnown = 64; // all the seasons of a few species
+    if (known.size() == kMostKnown)
+        known.clear();
+    known.reserve(kMostKnown);
+    known.push_back({kind, LeafSurface(kind).coverage()});
+    return known.back().share;
+}
+
+/// Square metres that one leaf of the kind takes light from, in squares of its length.
+float areaOf(const LeafAppearance& kind, std::vector<FoliageScratch::Cover>& known)
+{
+    if (kind.form == LeafForm::Ball)
+        return static_cast<float>(math::kPi) / 4 * (1 - kind.stalk) * (1 - kind.stalk);
+    const float surfaces = kind.form == LeafForm::Crossed ? 2 : 1;
+    return surfaces * coverOf(kind, known) * kind.width;
+}
+
 class Placer
 {
 public:
@@ -122,13 +149,25 @@ public:
           scratch_(scratch), rounding_{.smoothing = clampedTo(smoothing, 0, 1),
                                        .cosMaxTurn = static_cast<float>(math::cos(kMaxTurn))}
     {
-        for (const LeafAppearance& kind : kinds_)
-            thickest_ = std::max(thickest_, clampedTo(kind.thickestWood, 0, 10));
+        for (std::size_t k = 0; k < kinds_.size(); ++k)
+        {
+            kept_[k] = withinRanges(kinds_[k]);
+            areas_[k] = areaOf(kept_[k], scratch.covers);
+            thickest_ = std::max(thickest_, kept_[k].thickestWood);
+        }
+    }
+
+    /// Counts the places of each kind instead of placing leaves.
+    [[nodiscard]] MeshResult count(PlaceCounts& counts)
+    {
+        counts_ = &counts;
+        return place();
     }
 
     [[nodiscard]] MeshResult place()
     {
         scratch_.candidates.clear();
+        scratch_.shaders.clear();
         hashPlaces(skeleton_, scratch_.places);
         for (std::uint32_t i = 0; i < skeleton_.size(); ++i)
         {
@@ -216,7 +255,7 @@ private:
         const RandomKey shoot = RandomKey(kLeaves).child(scratch_.places[segment]);
         for (std::uint32_t k = 0; k < kinds_.size(); ++k)
         {
-            const MeshResult result = placeKind(withinRanges(kinds_[k]), k, base, shoot.child(k));
+            const MeshResult result = placeKind(kept_[k], k, base, shoot.child(k));
             if (result != MeshResult::Ok)
                 return result;
         }
@@ -256,6 +295,11 @@ private:
         places_ += nodes * each + (kind.atTip ? 1 : 0);
         if (places_ > static_cast<double>(limits_.vertices))
             return MeshResult::TooManyVertices;
+        if (counts_ != nullptr)
+        {
+            (*counts_)[number] += static_cast<std::uint64_t>(nodes) * each + (kind.atTip ? 1 : 0);
+            return MeshResult::Ok;
+        }
 
         if (kind.atTip)
         {
@@ -325,7 +369,7 @@ private:
         const auto cos = static_cast<float>(lean.cos);
         const Vec3 risen = cos * point.tangent + sin * radial;
 
-        FoliageScratch::Candidate candidate;
+        FoliageScratch::Candidate& candidate = scratch_.candidates.emplace_back();
         PlacedLeaf& placed = candidate.leaf;
         placed.heading = unitOr(glm::mix(risen, Vec3(0, -1, 0), kind.droop), risen);
         // Its upper side looks towards the tip of the shoot, or as far as wanted to the sky.
@@ -339,7 +383,7 @@ private:
         placed.outward = Vec3(shade); // until its place in the crown is known
         candidate.kind = number;
         candidate.lot = stays.a;
-        scratch_.candidates.push_back(candidate);
+        scratch_.shaders.push_back({middleOf(placed), areas_[number] * placed.length * placed.length});
         return scratch_.candidates.size() * kFewestVertices <= limits_.vertices;
     }
 
@@ -348,36 +392,12 @@ private:
     const Limits& limits_;
     FoliageScratch& scratch_;
     AxisRounding rounding_;
-    float thickest_ = 0; // wood that any kind stands on
+    std::array<LeafAppearance, kMaxLeafKinds> kept_; ///< The kinds within their ranges.
+    std::array<float, kMaxLeafKinds> areas_{};       ///< Of a leaf of each kind, in squares of its length.
+    float thickest_ = 0;                             // wood that any kind stands on
     double places_ = 0;
+    PlaceCounts* counts_ = nullptr; ///< None: leaves are placed.
 };
-
-Vec3 middleOf(const PlacedLeaf& leaf)
-{
-    return leaf.foot + 0.5f * leaf.length * leaf.heading;
-}
-
-float coverOf(const LeafAppearance& kind, std::vector<FoliageScratch::Cover>& known)
-{
-    for (const FoliageScratch::Cover& cover : known)
-        if (cover.kind == kind)
-            return cover.share;
-    constexpr std::size_t kMostKnown = 64; // all the seasons of a few species
-    if (known.size() == kMostKnown)
-        known.clear();
-    known.reserve(kMostKnown);
-    known.push_back({kind, LeafSurface(kind).coverage()});
-    return known.back().share;
-}
-
-/// Square metres that one leaf of the kind takes light from, in squares of its length.
-float areaOf(const LeafAppearance& kind, std::vector<FoliageScratch::Cover>& known)
-{
-    if (kind.form == LeafForm::Ball)
-        return static_cast<float>(math::kPi) / 4 * (1 - kind.stalk) * (1 - kind.stalk);
-    const float surfaces = kind.form == LeafForm::Crossed ? 2 : 1;
-    return surfaces * coverOf(kind, known) * kind.width;
-}
 
 /// The crown as an ellipsoid: its middle, and one over the squares of its half axes, up to a factor.
 struct CrownShape
@@ -414,44 +434,31 @@ struct CrownShape
 /// Drops what gets too little light and finishes the rest, kind by kind.
 void settle(std::span<const LeafAppearance> kinds, FoliageScratch& scratch, Foliage& foliage)
 {
-    std::array<float, kMaxLeafKinds> areas{};
-    for (std::size_t k = 0; k < kinds.size(); ++k)
-        areas[k] = areaOf(withinRanges(kinds[k]), scratch.covers);
-    scratch.shaders.clear();
-    for (const FoliageScratch::Candidate& candidate : scratch.candidates)
-    {
-        const float length = candidate.leaf.length;
-        scratch.shaders.push_back({middleOf(candidate.leaf), areas[candidate.kind] * length * length});
-    }
     scratch.light.measure(scratch.shaders);
     const CrownShape crown(scratch.shaders);
-
-    std::array<std::uint32_t, kMaxLeafKinds> counts{};
-    for (std::size_t i = 0; i < scratch.candidates.size(); ++i)
+    for (std::uint32_t k = 0; k < kMaxLeafKinds; ++k)
     {
-        FoliageScratch::Candidate& candidate = scratch.candidates[i];
-        const LeafAppearance& kind = kinds[candidate.kind];
-        const Vec3 place = scratch.shaders[i].place;
-        const FoliageLight::Sample here = scratch.light.at(place);
-        const float stays = clampedTo(kind.density, 0, 1) * (1 - clampedTo(kind.shade, 0, 1) * (1 - here.light));
-        const bool isKept = candidate.lot < stays;
-        candidate.lot = isKept ? 0.f : 1.f;
-        counts[candidate.kind] += isKept ? 1 : 0;
-        const float shade = candidate.leaf.outward.x * (kDarkest + (1 - kDarkest) * here.light);
-        candidate.leaf.tint = tintOf(Vec3(shade));
-        const Vec3 whole = crown.outwardFrom(place);
-        candidate.leaf.outward = unitOr(glm::mix(here.outward, whole, kWholeCrown), whole);
+        foliage.starts[k] = static_cast<std::uint32_t>(foliage.leaves.size());
+        if (k >= kinds.size())
+            continue;
+        const float density = clampedTo(kinds[k].density, 0, 1);
+        const float sensitivity = clampedTo(kinds[k].shade, 0, 1);
+        for (std::size_t i = 0; i < scratch.candidates.size(); ++i)
+        {
+            const FoliageScratch::Candidate& candidate = scratch.candidates[i];
+            if (candidate.kind != k)
+                continue;
+            const Vec3 place = scratch.shaders[i].place;
+            const FoliageLight::Sample here = scratch.light.at(place);
+            if (!(candidate.lot < density * (1 - sensitivity * (1 - here.light))))
+                continue;
+            PlacedLeaf& leaf = foliage.leaves.emplace_back(candidate.leaf);
+            leaf.tint = tintOf(Vec3(leaf.outward.x * (kDarkest + (1 - kDarkest) * here.light)));
+            const Vec3 whole = crown.outwardFrom(place);
+            leaf.outward = unitOr(glm::mix(here.outward, whole, kWholeCrown), whole);
+        }
     }
-    std::array<std::uint32_t, kMaxLeafKinds> next{};
-    for (std::size_t k = 0; k < kMaxLeafKinds; ++k)
-    {
-        next[k] = foliage.starts[k];
-        foliage.starts[k + 1] = foliage.starts[k] + counts[k];
-    }
-    foliage.leaves.resize(foliage.starts[kMaxLeafKinds]);
-    for (const FoliageScratch::Candidate& candidate : scratch.candidates)
-        if (candidate.lot < 1)
-            foliage.leaves[next[candidate.kind]++] = candidate.leaf;
+    foliage.starts[kMaxLeafKinds] = static_cast<std::uint32_t>(foliage.leaves.size());
 }
 
 } // namespace
@@ -494,19 +501,40 @@ std::span<const PlacedLeaf> Foliage::ofKind(std::size_t kind) const noexcept
     return std::span(leaves).subspan(starts[kind], starts[kind + 1] - starts[kind]);
 }
 
-MeshResult placeLeaves(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing,
-                       const Limits& limits, FoliageScratch& scratch, Foliage& foliage)
+namespace {
+
+/// Ok if leaves can be looked for.
+MeshResult check(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, const Limits& limits)
 {
-    foliage.clear();
     if (kinds.empty() || skeleton.empty())
         return MeshResult::EmptySkeleton;
     if (!isSound(skeleton) || !isWoodWithin(skeleton, static_cast<float>(limits.coordinate)))
         return MeshResult::UnsoundSkeleton;
+    return MeshResult::Ok;
+}
+
+} // namespace
+
+MeshResult placeLeaves(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing,
+                       const Limits& limits, FoliageScratch& scratch, Foliage& foliage)
+{
+    foliage.clear();
+    if (const MeshResult result = check(skeleton, kinds, limits); result != MeshResult::Ok)
+        return result;
     const MeshResult result = Placer(skeleton, kinds, smoothing, limits, scratch).place();
     if (result != MeshResult::Ok)
         return result;
     settle(kinds.first(std::min(kinds.size(), kMaxLeafKinds)), scratch, foliage);
     return foliage.leaves.empty() ? MeshResult::EmptySkeleton : MeshResult::Ok;
+}
+
+MeshResult countPlaces(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing,
+                       const Limits& limits, FoliageScratch& scratch, PlaceCounts& counts)
+{
+    counts.fill(0);
+    if (const MeshResult result = check(skeleton, kinds, limits); result != MeshResult::Ok)
+        return result;
+    return Placer(skeleton, kinds, smoothing, limits, scratch).count(counts);
 }
 
 } // namespace espalier

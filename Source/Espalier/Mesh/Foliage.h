@@ -88,4 +88,13 @@ struct FoliageScratch
 [[nodiscard]] MeshResult placeLeaves(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing,
                                      const Limits& limits, FoliageScratch& scratch, Foliage& foliage);
 
+/// Of each kind: how many places there are for leaves.
+using PlaceCounts = std::array<std::uint64_t, kMaxLeafKinds>;
+
+/// Counts the places where placeLeaves looks whether a leaf stands: never fewer than it finds leaves, all of them where
+/// `density` is 1 and `shade` and `taper` are 0. No leaf is placed. Fails as placeLeaves does, but for limits that only
+/// leaves that are there exceed.
+[[nodiscard]] MeshResult countPlaces(const Skeleton& skeleton, std::span<const LeafAppearance> kinds, float smoothing,
+                                     const Limits& limits, FoliageScratch& scratch, PlaceCounts& counts);
+
 } // namespace espalier

@@ -1,5 +1,6 @@
 #include <Espalier/Mesh/FoliageLight.h>
 
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/AxisCurve.h>
 #include <algorithm>
 #include <cmath>
@@ -46,7 +47,7 @@ float dimmed(float x)
     return 1 / (1 + x * (1 + x * (0.5f + x * (1.f / 6))));
 }
 
-/// The cubes round a place, and what share each has in it.
+/// The cubes round a place, and what share each has in it: x runs fastest, then y, then z.
 struct Corner
 {
     std::array<std::size_t, 8> cubes;
@@ -60,25 +61,30 @@ Corner cornerAt(const FoliageLight& grid, const Vec3& place)
     std::array<float, 3> share{};
     for (int axis = 0; axis < 3; ++axis)
     {
-        const auto last = static_cast<float>(grid.count[static_cast<std::size_t>(axis)] - 1);
-        const float at = std::clamp((place[axis] - grid.low[axis]) / grid.edge - 0.5f, 0.f, last);
-        const float whole = std::min(std::floor(at), last);
         const auto i = static_cast<std::size_t>(axis);
+        const std::int32_t last = static_cast<std::int32_t>(grid.count[i]) - 1;
+        const float at = std::clamp((place[axis] - grid.low[axis]) / grid.edge - 0.5f, 0.f, static_cast<float>(last));
+        const auto whole = static_cast<std::int32_t>(at);
         first[i] = static_cast<std::size_t>(whole);
         next[i] = static_cast<std::size_t>(std::min(whole + 1, last));
-        share[i] = at - whole;
+        share[i] = at - static_cast<float>(whole);
     }
-    Corner corner{};
     const std::size_t row = grid.count[0];
     const std::size_t layer = row * grid.count[2];
-    for (std::size_t k = 0; k < 8; ++k)
+    const simd::Four x{1 - share[0], share[0], 1 - share[0], share[0]};
+    const simd::Four y{1 - share[1], 1 - share[1], share[1], share[1]};
+    Corner corner;
+    simd::store(&corner.shares[0], x * y * simd::all(1 - share[2]));
+    simd::store(&corner.shares[4], x * y * simd::all(share[2]));
+    for (std::size_t k = 0; k < 2; ++k)
     {
-        const bool x = (k & 1) != 0;
-        const bool y = (k & 2) != 0;
-        const bool z = (k & 4) != 0;
-        corner.cubes[k] = (x ? next[0] : first[0]) + row * (z ? next[2] : first[2]) + layer * (y ? next[1] : first[1]);
-        corner.shares[k] =
-            (x ? share[0] : 1 - share[0]) * (y ? share[1] : 1 - share[1]) * (z ? share[2] : 1 - share[2]);
+        const std::size_t z = row * (k == 0 ? first[2] : next[2]);
+        const std::size_t low = z + layer * first[1];
+        const std::size_t high = z + layer * next[1];
+        corner.cubes[4 * k] = low + first[0];
+        corner.cubes[4 * k + 1] = low + next[0];
+        corner.cubes[4 * k + 2] = high + first[0];
+        corner.cubes[4 * k + 3] = high + next[0];
     }
     return corner;
 }
@@ -174,33 +180,57 @@ void leadOut(FoliageLight& grid)
             }
 }
 
+/// One row of cubes that rays pass: `entered` is what they have passed before, none beyond the edges of the grid.
+void passRow(const float* entered, std::size_t count, float half, float weight, const float* density, float* light,
+             float* passed)
+{
+    for (std::size_t i = 0; i < count; ++i)
+    {
+        const float before = entered != nullptr ? entered[i] : 0;
+        const float own = half * density[i];
+        light[i] += weight * dimmed(before + own);
+        passed[i] = before + 2 * own;
+    }
+}
+
 /// Layer by layer from the top, each ray on its own.
 void shineFromAbove(FoliageLight& grid)
 {
-    const auto width = static_cast<int>(grid.count[0]);
-    const auto breadth = static_cast<int>(grid.count[2]);
-    const std::size_t layer = std::size_t{grid.count[0]} * grid.count[2];
+    const std::size_t width = grid.count[0];
+    const std::size_t breadth = grid.count[2];
+    const std::size_t layer = width * breadth;
     grid.depths.resize(2 * layer);
     for (const Ray& ray : kFromAbove)
     {
         const float half = 0.5f * kExtinction * grid.edge * ray.length;
+        // Of a row, those cubes that rays enter from another cube.
+        const std::size_t start = ray.x < 0 ? 1 : 0;
+        const std::size_t end = std::max(start, ray.x > 0 ? width - 1 : width);
         float* above = grid.depths.data(); // what a ray has passed when it leaves a cube
         float* here = above + layer;
         std::fill_n(above, layer, 0.f);
         for (std::size_t y = grid.count[1]; y-- > 0;)
         {
-            for (int z = 0; z < breadth; ++z)
-                for (int x = 0; x < width; ++x)
+            for (std::size_t z = 0; z < breadth; ++z)
+            {
+                const bool isInside = !(ray.z < 0 && z == 0) && !(ray.z > 0 && z + 1 == breadth);
+                const float* const density = &grid.density[y * layer + z * width];
+                float* const light = &grid.light[y * layer + z * width];
+                float* const passed = here + z * width;
+                const auto pass = [&](std::size_t from, std::size_t to, const float* entered) {
+                    passRow(entered, to - from, half, ray.weight, density + from, light + from, passed + from);
+                };
+                if (!isInside)
                 {
-                    const int fromX = x + ray.x;
-                    const int fromZ = z + ray.z;
-                    const bool isInside = fromX >= 0 && fromX < width && fromZ >= 0 && fromZ < breadth;
-                    const auto cube = static_cast<std::size_t>(x + width * z);
-                    const float entered = isInside ? above[fromX + width * fromZ] : 0;
-                    const float own = half * grid.density[y * layer + cube];
-                    grid.light[y * layer + cube] += ray.weight * dimmed(entered + own);
-                    here[cube] = entered + 2 * own;
+                    pass(0, width, nullptr);
+                    continue;
                 }
+                const float* const entered =
+                    above + (static_cast<std::ptrdiff_t>(width) * (static_cast<std::ptrdiff_t>(z) + ray.z) + ray.x);
+                pass(0, start, nullptr);
+                pass(start, end, entered + start);
+                pass(end, width, nullptr);
+            }
             std::swap(above, here);
         }
     }

@@ -2,6 +2,7 @@
 #include <Espalier/Mesh/LeafMesher.h>
 
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/AxisCurve.h>
 #include <Espalier/Mesh/BallPattern.h>
 #include <Espalier/Mesh/RingFrames.h>
@@ -328,26 +329,41 @@ public:
         const Vec3 right = glm::cross(leaf.heading, leaf.face);
         const Vec3 out(glm::dot(leaf.outward, right), glm::dot(leaf.outward, leaf.heading),
                        glm::dot(leaf.outward, leaf.face));
-        const auto toPlant = [&](const Vec3& v) { return v.x * right + v.y * leaf.heading + v.z * leaf.face; };
+        const auto four = [](const Vec3& v) { return simd::Four{v.x, v.y, v.z, 0}; };
+        const simd::Four x = four(right);
+        const simd::Four y = four(leaf.heading);
+        const simd::Four z = four(leaf.face);
+        const simd::Four foot = four(leaf.foot);
+        const simd::Four size = simd::all(length);
+        const auto toPlant = [&](const Vec3& v) {
+            return simd::all(v.x) * x + simd::all(v.y) * y + simd::all(v.z) * z;
+        };
         const auto first = static_cast<std::uint32_t>(vertex_);
+        Vec3* position = &mesh_.positions[vertex_];
+        Vec3* normalAt = &mesh_.normals[vertex_];
+        Vec4* tangent = &mesh_.tangents[vertex_];
+        Vec2* uv = &mesh_.uvs[vertex_];
         for (const LeafVertex& vertex : pattern.vertices)
         {
             const Vec3 normal = bentOut(vertex, out, pattern.bends);
             Vec3 along = vertex.right - glm::dot(vertex.right, normal) * normal;
             along *= 1 / glm::length(along);
-            mesh_.positions[vertex_] = leaf.foot + length * toPlant(vertex.position);
-            mesh_.normals[vertex_] = toPlant(normal);
-            mesh_.tangents[vertex_] = Vec4(toPlant(along), 1);
-            mesh_.uvs[vertex_] = vertex.uv;
-            ++vertex_;
+            simd::storeThree(position++, foot + size * toPlant(vertex.position));
+            simd::storeThree(normalAt++, toPlant(normal));
+            simd::storeThree(tangent, toPlant(along));
+            tangent++->w = 1;
+            *uv++ = vertex.uv;
         }
+        vertex_ += pattern.vertices.size();
         const std::size_t count = pattern.vertices.size();
         if (!mesh_.tints.empty())
             std::fill_n(&mesh_.tints[first], count, leaf.tint);
         if (!mesh_.sources.empty())
             std::fill_n(&mesh_.sources[first], count, source);
+        std::uint32_t* index = &mesh_.indices[index_];
         for (const std::uint32_t i : pattern.indices)
-            mesh_.indices[index_++] = first + i;
+            *index++ = first + i;
+        index_ += pattern.indices.size();
     }
 
 private:
@@ -380,6 +396,15 @@ std::span<const LeafAppearance> known(std::span<const LeafAppearance> kinds)
     return kinds.first(std::min(kinds.size(), kMaxLeafKinds));
 }
 
+/// Adds so many leaves of kind `k`, whose pattern is laid.
+void add(std::uint64_t leaves, std::size_t k, const LeafScratch& scratch, LeafCounts& counts)
+{
+    counts.leaves += leaves;
+    counts.vertices += leaves * scratch.patterns[k].vertices.size();
+    counts.indices += leaves * scratch.patterns[k].indices.size();
+    counts.parts += leaves > 0 ? 1 : 0;
+}
+
 } // namespace
 
 LeafCounts countLeaves(const Foliage& foliage, std::span<const LeafAppearance> kinds, const LeafSettings& settings,
@@ -395,14 +420,43 @@ LeafCounts countLeaves(const Foliage& foliage, std::span<const LeafAppearance> k
             continue;
         layPattern(kinds[k], std::max(kept.bend, kept.error), scratch, scratch.patterns[k]);
         const Thinned thinned(kinds[k], kept.error);
-        std::uint64_t count = 0;
-        for (const PlacedLeaf& leaf : leaves)
-            count += thinned.keeps(leaf) ? 1 : 0;
-        counts.leaves += count;
-        counts.vertices += count * scratch.patterns[k].vertices.size();
-        counts.indices += count * scratch.patterns[k].indices.size();
+        std::uint64_t count = leaves.size();
+        if (kept.error > 0)
+            count = static_cast<std::uint64_t>(
+                std::ranges::count_if(leaves, [&](const PlacedLeaf& leaf) { return thinned.keeps(leaf); }));
+        add(count, k, scratch, counts);
     }
     return counts;
+}
+
+LeafCounts countLeaves(const PlaceCounts& places, std::span<const LeafAppearance> kinds, const LeafSettings& settings,
+                       LeafScratch& scratch)
+{
+    const LeafSettings kept = clamped(settings);
+    LeafCounts counts;
+    kinds = known(kinds);
+    for (std::size_t k = 0; k < kinds.size(); ++k)
+    {
+        layPattern(kinds[k], std::max(kept.bend, kept.error), scratch, scratch.patterns[k]);
+        add(places[k], k, scratch, counts);
+    }
+    return counts;
+}
+
+MeshResult addLeaves(const LeafCounts& leaves, const MeshStreams& streams, const Limits& limits,
+                     MeshCounts& counts) noexcept
+{
+    if (leaves.leaves == 0)
+        return MeshResult::EmptySkeleton;
+    if (leaves.vertices + counts.vertices > limits.vertices ||
+        leaves.indices + counts.indices > std::numeric_limits<std::uint32_t>::max())
+        return MeshResult::TooManyVertices;
+    counts.vertices += leaves.vertices;
+    counts.indices += leaves.indices;
+    counts.parts += leaves.parts;
+    counts.streams.tints = counts.streams.tints || streams.tints;
+    counts.streams.sources = counts.streams.sources || streams.sources;
+    return MeshResult::Ok;
 }
 
 MeshResult meshLeaves(const Foliage& foliage, std::span<const LeafAppearance> kinds, const LeafSettings& settings,
@@ -410,17 +464,14 @@ MeshResult meshLeaves(const Foliage& foliage, std::span<const LeafAppearance> ki
 {
     const LeafSettings kept = clamped(settings);
     kinds = known(kinds);
-    const LeafCounts counts = countLeaves(foliage, kinds, kept, scratch);
-    if (counts.leaves == 0)
-        return MeshResult::EmptySkeleton;
+    MeshCounts counts = countsOf(mesh);
+    if (const MeshResult result = addLeaves(countLeaves(foliage, kinds, kept, scratch), kept.streams, limits, counts);
+        result != MeshResult::Ok)
+        return result;
     const std::size_t firstVertex = mesh.positions.size();
     const std::size_t firstIndex = mesh.indices.size();
-    if (counts.vertices + firstVertex > limits.vertices ||
-        counts.indices + firstIndex > std::numeric_limits<std::uint32_t>::max())
-        return MeshResult::TooManyVertices;
-
-    mesh.resizeVertices(firstVertex + counts.vertices, kept.streams);
-    mesh.indices.resize(firstIndex + counts.indices);
+    mesh.resizeVertices(counts.vertices, kept.streams);
+    mesh.indices.resize(counts.indices);
     LeafWriter writer(firstVertex, firstIndex, mesh);
     std::size_t index = firstIndex;
     for (std::size_t k = 0; k < kinds.size(); ++k)

@@ -66,11 +66,20 @@ struct LeafCounts
     std::uint64_t leaves = 0;
     std::uint64_t vertices = 0;
     std::uint64_t indices = 0;
+    std::uint32_t parts = 0;
 };
 
 /// Exactly what meshLeaves will append. Linear time; no memory is taken but in `scratch`.
 [[nodiscard]] LeafCounts countLeaves(const Foliage& foliage, std::span<const LeafAppearance> kinds,
                                      const LeafSettings& settings, LeafScratch& scratch);
+
+/// The same for so many leaves of each kind, none of which is thinned.
+[[nodiscard]] LeafCounts countLeaves(const PlaceCounts& places, std::span<const LeafAppearance> kinds,
+                                     const LeafSettings& settings, LeafScratch& scratch);
+
+/// Adds leaves to the counts of a mesh, and gives the result that meshLeaves has for it: unless Ok, nothing is added.
+[[nodiscard]] MeshResult addLeaves(const LeafCounts& leaves, const MeshStreams& streams, const Limits& limits,
+                                   MeshCounts& counts) noexcept;
 
 /// Appends leaves to `mesh`, as Leaves parts: one a kind that has any, in ascending order.
 ///

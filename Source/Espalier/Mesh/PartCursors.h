@@ -2,6 +2,7 @@
 
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Species/Appearance.h>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 
@@ -14,6 +15,12 @@ class PartCursors
 public:
     /// Requires: colour < kMaxPalette.
     void count(std::uint32_t colour, std::uint64_t indices) { runs_[colour] += indices; }
+
+    [[nodiscard]] std::uint32_t parts() const
+    {
+        return static_cast<std::uint32_t>(
+            std::count_if(runs_.begin(), runs_.end(), [](std::uint64_t run) { return run > 0; }));
+    }
 
     /// Appends the parts to `mesh`, by ascending colour, and their indices for `next` to be filled in.
     void open(MeshMaterial material, TreeMesh& mesh)

@@ -19,12 +19,8 @@ Vec3 reflect(const Vec3& v, const Vec3& axis)
 
 } // namespace
 
-Vec3 sideNormalTo(const Vec3& tangent, const Vec3& wish) noexcept
+Vec3 anySideNormalTo(const Vec3& tangent) noexcept
 {
-    const Vec3 side = wish - tangent * glm::dot(tangent, wish);
-    const float square = glm::dot(side, side);
-    if (square > 1e-6f && std::isfinite(square))
-        return side / std::sqrt(square);
     const Vec3 aside = std::abs(tangent.x) < 0.6f ? Vec3(1, 0, 0) : Vec3(0, 0, 1);
     return glm::normalize(glm::cross(tangent, aside));
 }

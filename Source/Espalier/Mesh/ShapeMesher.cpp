@@ -70,22 +70,15 @@ bool isSeen(const SkeletonOrgan& organ)
     return static_cast<double>(organ.size) > kSmallestExtent;
 }
 
-/// What a plant's shapes need.
-struct Counts
-{
-    std::uint64_t vertices = 0;
-    std::uint64_t indices = 0;
-};
-
 BallPattern ballOf(const ShapeSettings& settings)
 {
     return {.sides = settings.sphereSides, .stacks = settings.sphereSides / 2u};
 }
 
 /// The most that can be needed, known before anything is planned.
-Counts boundsOf(const Skeleton& skeleton, const ShapeSettings& settings)
+MeshCounts boundsOf(const Skeleton& skeleton, const ShapeSettings& settings)
 {
-    Counts most;
+    MeshCounts most;
     for (const SkeletonPolygon& polygon : skeleton.polygons)
         most.vertices += polygon.cornerCount;
     most.indices = 3 * most.vertices;
@@ -323,24 +316,35 @@ private:
     float sinFold_;
 };
 
-} // namespace
+/// Which entry of the palette a material has.
+class Colours
+{
+public:
+    explicit Colours(const Appearance& appearance)
+        : last_(std::clamp<std::size_t>(appearance.palette.size(), 1, kMaxPalette) - 1)
+    {}
 
-MeshResult meshShapes(const Skeleton& skeleton, const Appearance& appearance, const ShapeSettings& settings,
-                      const Limits& limits, ShapeScratch& scratch, TreeMesh& mesh)
+    std::uint32_t operator()(std::uint16_t material) const
+    {
+        return static_cast<std::uint32_t>(std::min<std::size_t>(material, last_));
+    }
+
+private:
+    std::size_t last_;
+};
+
+/// Plans all polygons and adds to `counts` and `cursors` what all shapes will take.
+MeshResult planShapes(const Skeleton& skeleton, const Colours& colourFor, const ShapeSettings& settings,
+                      const Limits& limits, ShapeScratch& scratch, MeshCounts& counts, PartCursors& cursors)
 {
     if (!isSound(skeleton) || !areShapesWithin(skeleton, static_cast<float>(limits.coordinate)))
         return MeshResult::UnsoundSkeleton;
-    const ShapeSettings kept = clamped(settings);
     // What turns out to have no area counts too: a limit must hold before anything is looked at.
-    const Counts most = boundsOf(skeleton, kept);
-    if (most.vertices + mesh.positions.size() > limits.vertices ||
-        most.indices + mesh.indices.size() > std::numeric_limits<std::uint32_t>::max())
+    const MeshCounts most = boundsOf(skeleton, settings);
+    if (most.vertices + counts.vertices > limits.vertices ||
+        most.indices + counts.indices > std::numeric_limits<std::uint32_t>::max())
         return MeshResult::TooManyVertices;
 
-    const std::size_t lastColour = std::clamp<std::size_t>(appearance.palette.size(), 1, kMaxPalette) - 1;
-    const auto colourFor = [&](std::uint16_t material) {
-        return static_cast<std::uint32_t>(std::min<std::size_t>(material, lastColour));
-    };
     scratch.shapes.clear();
     scratch.corners.clear();
     scratch.triangles.clear();
@@ -352,29 +356,52 @@ MeshResult meshShapes(const Skeleton& skeleton, const Appearance& appearance, co
                     colourFor(polygon.material), work, scratch);
     }
 
-    PartCursors cursors;
-    std::uint64_t vertices = scratch.corners.size();
+    MeshCounts own{.vertices = scratch.corners.size()};
+    const auto count = [&](std::uint32_t colour, std::uint64_t vertices, std::uint64_t indices) {
+        own.vertices += vertices;
+        own.indices += indices;
+        cursors.count(colour, indices);
+    };
     for (const FlatShape& shape : scratch.shapes)
-        cursors.count(shape.colour, shape.indexCount);
+        count(shape.colour, 0, shape.indexCount);
     for (const SkeletonSphere& sphere : skeleton.spheres)
-    {
-        if (!isSeen(sphere))
-            continue;
-        vertices += ballOf(kept).vertexCount();
-        cursors.count(colourFor(sphere.material), ballOf(kept).indexCount());
-    }
+        if (isSeen(sphere))
+            count(colourFor(sphere.material), ballOf(settings).vertexCount(), ballOf(settings).indexCount());
     for (const SkeletonOrgan& organ : skeleton.organs)
-    {
-        if (!isSeen(organ))
-            continue;
-        vertices += kLeafVertices;
-        cursors.count(colourFor(organ.material), kLeafIndices);
-    }
-    if (vertices == 0)
+        if (isSeen(organ))
+            count(colourFor(organ.material), kLeafVertices, kLeafIndices);
+    if (own.vertices == 0)
         return MeshResult::EmptySkeleton;
+    counts.vertices += own.vertices;
+    counts.indices += own.indices;
+    counts.parts += cursors.parts();
+    counts.streams.tints = counts.streams.tints || settings.streams.tints;
+    counts.streams.sources = counts.streams.sources || settings.streams.sources;
+    return MeshResult::Ok;
+}
+
+} // namespace
+
+MeshResult countShapes(const Skeleton& skeleton, const Appearance& appearance, const ShapeSettings& settings,
+                       const Limits& limits, ShapeScratch& scratch, MeshCounts& counts)
+{
+    PartCursors cursors;
+    return planShapes(skeleton, Colours(appearance), clamped(settings), limits, scratch, counts, cursors);
+}
+
+MeshResult meshShapes(const Skeleton& skeleton, const Appearance& appearance, const ShapeSettings& settings,
+                      const Limits& limits, ShapeScratch& scratch, TreeMesh& mesh)
+{
+    const ShapeSettings kept = clamped(settings);
+    const Colours colourFor(appearance);
+    MeshCounts counts = countsOf(mesh);
+    PartCursors cursors;
+    if (const MeshResult result = planShapes(skeleton, colourFor, kept, limits, scratch, counts, cursors);
+        result != MeshResult::Ok)
+        return result;
 
     const std::size_t firstVertex = mesh.positions.size();
-    mesh.resizeVertices(firstVertex + vertices, kept.streams);
+    mesh.resizeVertices(counts.vertices, kept.streams);
     cursors.open(MeshMaterial::Surface, mesh);
     ShapeWriter writer(kept, firstVertex, cursors, mesh);
     // Numbers of organs: polygons, then spheres, then organs proper.

@@ -56,4 +56,10 @@ struct ShapeScratch
                                     const ShapeSettings& settings, const Limits& limits, ShapeScratch& scratch,
                                     TreeMesh& mesh);
 
+/// Adds to `counts` exactly what meshShapes will append, and gives its result: the first of its two passes. Counts are
+/// those of the mesh so far, and stay what they are unless the result is Ok.
+[[nodiscard]] MeshResult countShapes(const Skeleton& skeleton, const Appearance& appearance,
+                                     const ShapeSettings& settings, const Limits& limits, ShapeScratch& scratch,
+                                     MeshCounts& counts);
+
 } // namespace espalier

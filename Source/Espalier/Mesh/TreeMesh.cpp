@@ -8,7 +8,7 @@ namespace espalier {
 namespace {
 
 template <class Vector>
-void hashVectors(Hash64& hash, const std::vector<Vector>& all)
+void hashVectors(Hash64& hash, const RawVector<Vector>& all)
 {
     hash.value(std::uint64_t{all.size()});
     for (const Vector& v : all)
@@ -38,6 +38,20 @@ void TreeMesh::clear() noexcept
     parts.clear();
 }
 
+void TreeMesh::reserve(const MeshCounts& counts)
+{
+    positions.reserve(counts.vertices);
+    normals.reserve(counts.vertices);
+    tangents.reserve(counts.vertices);
+    uvs.reserve(counts.vertices);
+    if (counts.streams.tints)
+        tints.reserve(counts.vertices);
+    if (counts.streams.sources)
+        sources.reserve(counts.vertices);
+    indices.reserve(counts.indices);
+    parts.reserve(counts.parts);
+}
+
 void TreeMesh::resizeVertices(std::size_t count, MeshStreams streams)
 {
     positions.resize(count);
@@ -48,6 +62,22 @@ void TreeMesh::resizeVertices(std::size_t count, MeshStreams streams)
         tints.resize(count);
     if (streams.sources || !sources.empty())
         sources.resize(count);
+}
+
+std::uint64_t MeshCounts::bytes() const noexcept
+{
+    std::uint64_t vertex = 2 * sizeof(Vec3) + sizeof(Vec4) + sizeof(Vec2);
+    vertex += streams.tints ? sizeof(Tint) : 0;
+    vertex += streams.sources ? sizeof(VertexSource) : 0;
+    return vertex * vertices + sizeof(std::uint32_t) * indices;
+}
+
+MeshCounts countsOf(const TreeMesh& mesh) noexcept
+{
+    return {.vertices = mesh.positions.size(),
+            .indices = mesh.indices.size(),
+            .parts = static_cast<std::uint32_t>(mesh.parts.size()),
+            .streams = {.tints = !mesh.tints.empty(), .sources = !mesh.sources.empty()}};
 }
 
 std::string_view reasonOf(MeshResult result) noexcept

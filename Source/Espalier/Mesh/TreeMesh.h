@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Espalier/Core/RawVector.h>
 #include <Espalier/Core/Vector.h>
 #include <cstdint>
 #include <string_view>
@@ -64,7 +65,11 @@ struct MeshStreams
 {
     bool tints = false;
     bool sources = false;
+
+    friend bool operator==(const MeshStreams&, const MeshStreams&) = default;
 };
+
+struct MeshCounts;
 
 /// The triangles of one tree at one level of detail. Vertex arrays have equal length, but for those that may be
 /// empty. Plant space: metres, Y up.
@@ -72,24 +77,44 @@ struct MeshStreams
 /// whose normals are to be turned towards whoever looks. A plain value; `clear` keeps the memory.
 struct TreeMesh
 {
-    std::vector<Vec3> positions; ///< Metres.
-    std::vector<Vec3> normals;   ///< Unit.
-    std::vector<Vec4> tangents;  ///< xyz unit, along +u, normal to the normal; w = +1 or -1 so that bitangent = w *
-                                 ///< cross(n, t), along +v (glTF).
+    RawVector<Vec3> positions; ///< Metres.
+    RawVector<Vec3> normals;   ///< Unit.
+    RawVector<Vec4> tangents;  ///< xyz unit, along +u, normal to the normal; w = +1 or -1 so that bitangent = w *
+                               ///< cross(n, t), along +v (glTF).
     /// Bark, in repeats of the texture: u round the axis, v along it, growing towards the tip. Surfaces: their whole in
     /// [0, 1], v from where they are attached to their tip.
-    std::vector<Vec2> uvs;
-    std::vector<Tint> tints;            ///< Empty where all are white.
-    std::vector<VertexSource> sources;  ///< Empty unless asked for.
-    std::vector<std::uint32_t> indices; ///< Three a triangle, each below positions.size().
-    std::vector<MeshPart> parts;        ///< Cover all indices, in order.
+    RawVector<Vec2> uvs;
+    RawVector<Tint> tints;            ///< Empty where all are white.
+    RawVector<VertexSource> sources;  ///< Empty unless asked for.
+    RawVector<std::uint32_t> indices; ///< Three a triangle, each below positions.size().
+    std::vector<MeshPart> parts;      ///< Cover all indices, in order.
 
     void clear() noexcept;
-    /// All vertex arrays to this length, those of `streams` included: new tints are white.
+    /// Takes the memory that `counts` asks for, all at once: nothing that is in the mesh changes.
+    void reserve(const MeshCounts& counts);
+    /// All vertex arrays to this length, those of `streams` included: new tints are white, new sources name nothing,
+    /// and all else is to be written.
     void resizeVertices(std::size_t count, MeshStreams streams);
 
     friend bool operator==(const TreeMesh&, const TreeMesh&) = default;
 };
+
+/// What a mesh takes.
+struct MeshCounts
+{
+    std::uint64_t vertices = 0;
+    std::uint64_t indices = 0;
+    std::uint32_t parts = 0;
+    MeshStreams streams{};
+
+    /// Of the arrays of a TreeMesh with so many, without parts.
+    [[nodiscard]] std::uint64_t bytes() const noexcept;
+
+    friend bool operator==(const MeshCounts&, const MeshCounts&) = default;
+};
+
+/// What there is in `mesh`.
+[[nodiscard]] MeshCounts countsOf(const TreeMesh& mesh) noexcept;
 
 /// Why there is no mesh, or none of what one of its makers adds.
 enum class MeshResult : std::uint8_t

@@ -1,6 +1,7 @@
 #include <Espalier/Mesh/TreeMesher.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
+#include <limits>
 #include <string>
 
 namespace espalier {
@@ -35,27 +36,58 @@ MeshStreams streamsFor(const Appearance& appearance, const MeshSettings& setting
     return {.tints = hasYoungWood || !appearance.leaves.empty(), .sources = settings.sources};
 }
 
+TubeSettings tubeSettingsFor(const Appearance& appearance, const MeshSettings& settings)
+{
+    TubeSettings tubes = settings.tubes;
+    const std::size_t entries = std::clamp<std::size_t>(appearance.palette.size(), 1, kMaxPalette);
+    tubes.colours = std::min(tubes.colours, static_cast<std::uint16_t>(entries));
+    tubes.streams = streamsFor(appearance, settings);
+    return tubes;
+}
+
+ShapeSettings shapeSettingsFor(const Appearance& appearance, const MeshSettings& settings)
+{
+    ShapeSettings shapes = settings.shapes;
+    shapes.streams = streamsFor(appearance, settings);
+    return shapes;
+}
+
+/// True if it is well, even though there may have been nothing to do.
+bool isMeshed(MeshResult result)
+{
+    return result == MeshResult::Ok || result == MeshResult::EmptySkeleton;
+}
+
 } // namespace
 
 MeshResult meshBare(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
                     const Limits& limits, MeshScratch& scratch, TreeMesh& mesh)
 {
     const Bookmark before(mesh);
-    TubeSettings tubes = settings.tubes;
-    const std::size_t entries = std::clamp<std::size_t>(appearance.palette.size(), 1, kMaxPalette);
-    tubes.colours = std::min(tubes.colours, static_cast<std::uint16_t>(entries));
-    tubes.streams = streamsFor(appearance, settings);
+    const TubeSettings tubes = tubeSettingsFor(appearance, settings);
     const MeshResult wood = meshTubes(skeleton, appearance.bark, tubes, limits, scratch.tubes, mesh);
-    if (wood != MeshResult::Ok && wood != MeshResult::EmptySkeleton)
+    if (!isMeshed(wood))
         return wood;
-    ShapeSettings shapeSettings = settings.shapes;
-    shapeSettings.streams = tubes.streams;
-    const MeshResult shapes = meshShapes(skeleton, appearance, shapeSettings, limits, scratch.shapes, mesh);
-    if (shapes == MeshResult::EmptySkeleton)
-        return wood;
-    if (shapes != MeshResult::Ok)
+    const MeshResult shapes =
+        meshShapes(skeleton, appearance, shapeSettingsFor(appearance, settings), limits, scratch.shapes, mesh);
+    if (!isMeshed(shapes))
         before.restore(mesh);
-    return shapes;
+    return shapes == MeshResult::EmptySkeleton ? wood : shapes;
+}
+
+MeshResult countBare(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
+                     const Limits& limits, MeshScratch& scratch, MeshCounts& counts)
+{
+    MeshCounts all = counts;
+    const TubeSettings tubes = tubeSettingsFor(appearance, settings);
+    const MeshResult wood = countTubes(skeleton, appearance.bark, tubes, limits, scratch.tubes, all);
+    if (!isMeshed(wood))
+        return wood;
+    const MeshResult shapes =
+        countShapes(skeleton, appearance, shapeSettingsFor(appearance, settings), limits, scratch.shapes, all);
+    if (isMeshed(shapes))
+        counts = all;
+    return shapes == MeshResult::EmptySkeleton ? wood : shapes;
 }
 
 LeafSettings leafSettingsOf(const Skeleton& skeleton, const MeshSettings& settings) noexcept
@@ -72,18 +104,60 @@ MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, cons
 {
     const Bookmark before(mesh);
     const MeshResult bare = meshBare(skeleton, appearance, settings, limits, scratch, mesh);
-    if (bare != MeshResult::Ok && bare != MeshResult::EmptySkeleton)
+    if (!isMeshed(bare))
         return bare;
     MeshResult leaves =
         placeLeaves(skeleton, appearance.leaves, settings.tubes.smoothing, limits, scratch.placing, scratch.foliage);
     if (leaves == MeshResult::Ok)
         leaves = meshLeaves(scratch.foliage, appearance.leaves, leafSettingsOf(skeleton, settings), limits,
                             scratch.leaves, mesh);
-    if (leaves == MeshResult::EmptySkeleton)
-        return bare;
-    if (leaves != MeshResult::Ok)
+    if (!isMeshed(leaves))
         before.restore(mesh);
-    return leaves;
+    return leaves == MeshResult::EmptySkeleton ? bare : leaves;
+}
+
+MeshResult countTree(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
+                     const Limits& limits, MeshScratch& scratch, MeshCounts& counts)
+{
+    MeshCounts all = counts;
+    const MeshResult bare = countBare(skeleton, appearance, settings, limits, scratch, all);
+    if (!isMeshed(bare))
+        return bare;
+    MeshResult leaves =
+        placeLeaves(skeleton, appearance.leaves, settings.tubes.smoothing, limits, scratch.placing, scratch.foliage);
+    if (leaves == MeshResult::Ok)
+    {
+        const LeafSettings kept = leafSettingsOf(skeleton, settings);
+        leaves =
+            addLeaves(countLeaves(scratch.foliage, appearance.leaves, kept, scratch.leaves), kept.streams, limits, all);
+    }
+    if (isMeshed(leaves))
+        counts = all;
+    return leaves == MeshResult::EmptySkeleton ? bare : leaves;
+}
+
+MeshResult meshBound(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
+                     const Limits& limits, MeshScratch& scratch, MeshCounts& counts)
+{
+    MeshCounts all = counts;
+    const MeshResult bare = countBare(skeleton, appearance, settings, limits, scratch, all);
+    if (!isMeshed(bare))
+        return bare;
+    PlaceCounts places{};
+    MeshResult leaves =
+        countPlaces(skeleton, appearance.leaves, settings.tubes.smoothing, limits, scratch.placing, places);
+    if (leaves == MeshResult::Ok)
+    {
+        const LeafCounts most =
+            countLeaves(places, appearance.leaves, leafSettingsOf(skeleton, settings), scratch.leaves);
+        all.vertices = std::min<std::uint64_t>(all.vertices + most.vertices, limits.vertices);
+        all.indices = std::min<std::uint64_t>(all.indices + most.indices, std::numeric_limits<std::uint32_t>::max());
+        all.parts += most.parts;
+        all.streams = streamsFor(appearance, settings);
+    }
+    if (isMeshed(leaves))
+        counts = all;
+    return leaves == MeshResult::EmptySkeleton ? bare : leaves;
 }
 
 Expected<TreeMesh> meshTree(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,

@@ -1,4 +1,5 @@
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/PartCursors.h>
 #include <Espalier/Mesh/RingFrames.h>
@@ -133,8 +134,13 @@ private:
     void writeRing(const Tube& tube, const TubeRing& ring, std::span<const Vec2> circle, TreeMesh& mesh,
                    std::size_t first)
     {
-        const Vec3 up = glm::cross(ring.tangent, ring.side);
-        const Vec3 lean = ring.tangent * ring.normal.y;
+        const auto four = [](const Vec3& v) { return simd::Four{v.x, v.y, v.z, 0}; };
+        const simd::Four side = four(ring.side);
+        const simd::Four up = four(glm::cross(ring.tangent, ring.side));
+        const simd::Four centre = four(ring.centre);
+        const simd::Four radius = simd::all(ring.radius);
+        const simd::Four outwards = simd::all(ring.normal.x);
+        const simd::Four lean = four(ring.tangent * ring.normal.y);
         const float v = ring.along * tube.repeatsPerMetre;
         const float uStep = tube.repeats / static_cast<float>(tube.sides);
         // Plain pointers: through the vectors, every store would make the compiler load their addresses again.
@@ -142,14 +148,17 @@ private:
         Vec3* const normals = &mesh.normals[first];
         Vec4* const tangents = &mesh.tangents[first];
         Vec2* const uvs = &mesh.uvs[first];
-        const TubeRing here = ring;
-        for (std::size_t j = 0; j < circle.size(); ++j)
+        const Vec2* const points = circle.data();
+        const std::size_t count = circle.size();
+        for (std::size_t j = 0; j < count; ++j)
         {
-            const Vec2 point = circle[j];
-            const Vec3 outward = here.side * point.x + up * point.y;
-            positions[j] = here.centre + outward * here.radius;
-            normals[j] = outward * here.normal.x + lean;
-            tangents[j] = Vec4(up * point.x - here.side * point.y, 1);
+            const simd::Four x = simd::all(points[j].x);
+            const simd::Four y = simd::all(points[j].y);
+            const simd::Four outward = side * x + up * y;
+            simd::storeThree(&positions[j], centre + outward * radius);
+            simd::storeThree(&normals[j], outward * outwards + lean);
+            simd::storeThree(&tangents[j], up * x - side * y);
+            tangents[j].w = 1;
             uvs[j] = {static_cast<float>(j) * uStep, v};
         }
         writeStreams(ring, circle.size(), mesh, first);
@@ -375,12 +384,16 @@ private:
             next[2] = c;
             next += 3;
         };
-        for (std::uint32_t a = first; a < first + sides; ++a)
-        {
-            triangle(a, a + 1, a + stride);
-            if (!toApex)
+        const std::uint32_t end = first + sides;
+        if (toApex)
+            for (std::uint32_t a = first; a < end; ++a)
+                triangle(a, a + 1, a + stride);
+        else
+            for (std::uint32_t a = first; a < end; ++a)
+            {
+                triangle(a, a + 1, a + stride);
                 triangle(a + 1, a + stride + 1, a + stride);
-        }
+            }
         index_ = static_cast<std::size_t>(next - mesh_.indices.data());
     }
 
@@ -475,31 +488,33 @@ void turnToFront(TreeMesh& mesh, std::size_t firstIndex)
     }
 }
 
-} // namespace
-
-MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
-                     const Limits& limits, TubeScratch& scratch, TreeMesh& mesh)
+TubePlan planOf(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+                TubeScratch& scratch)
 {
-    if (!isSound(skeleton) || !isWoodWithin(skeleton, static_cast<float>(limits.coordinate)))
-        return MeshResult::UnsoundSkeleton;
-
     const TubeSettings kept = clamped(settings);
     const AxisRounding rounding{.smoothing = kept.smoothing,
                                 .cosMaxTurn = static_cast<float>(math::cos(static_cast<double>(kept.maxRingAngle)))};
-    const TubePlan plan{skeleton, kept, rounding, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
+    return {skeleton, kept, rounding, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
+}
+
+/// Plans all tubes and adds to `counts` and `cursors` what they will take.
+MeshResult planTubes(const TubePlan& plan, const Limits& limits, MeshCounts& counts, PartCursors& cursors)
+{
+    const Skeleton& skeleton = plan.skeleton;
+    TubeScratch& scratch = plan.scratch;
+    if (!isSound(skeleton) || !isWoodWithin(skeleton, static_cast<float>(limits.coordinate)))
+        return MeshResult::UnsoundSkeleton;
 
     beginPlan(plan);
-    std::uint64_t vertices = mesh.positions.size();
-    std::uint64_t indices = mesh.indices.size();
-    PartCursors cursors;
+    MeshCounts all = counts;
     const auto count = [&](const Tube& tube) {
-        vertices += vertexCountOf(tube, scratch.sheets);
+        all.vertices += vertexCountOf(tube, scratch.sheets);
         const std::uint64_t own = indexCountOf(tube, scratch.sheets);
-        indices += own;
+        all.indices += own;
         cursors.count(tube.colour, own);
-        return vertices <= limits.vertices && indices <= std::numeric_limits<std::uint32_t>::max();
+        return all.vertices <= limits.vertices && all.indices <= std::numeric_limits<std::uint32_t>::max();
     };
-    const bool isWelded = kept.joints == TubeJoints::Weld;
+    const bool isWelded = plan.settings.joints == TubeJoints::Weld;
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
     {
         if (!planTubeAt(plan, i))
@@ -516,6 +531,7 @@ MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
     if (isWelded)
     {
         scratch.unwelded.resizeVertices(0, {});
+        frameTubes(plan);
         planWelds(plan);
         for (const Tube& tube : scratch.tubes)
         {
@@ -523,15 +539,41 @@ MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
                 return MeshResult::TooManyVertices;
         }
     }
+    all.parts += cursors.parts();
+    all.streams.tints = all.streams.tints || plan.settings.streams.tints;
+    all.streams.sources = all.streams.sources || plan.settings.streams.sources;
+    counts = all;
+    return MeshResult::Ok;
+}
 
+} // namespace
+
+MeshResult countTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+                      const Limits& limits, TubeScratch& scratch, MeshCounts& counts)
+{
+    PartCursors cursors;
+    return planTubes(planOf(skeleton, bark, settings, scratch), limits, counts, cursors);
+}
+
+MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+                     const Limits& limits, TubeScratch& scratch, TreeMesh& mesh)
+{
+    const TubePlan plan = planOf(skeleton, bark, settings, scratch);
+    MeshCounts counts = countsOf(mesh);
+    PartCursors cursors;
+    if (const MeshResult result = planTubes(plan, limits, counts, cursors); result != MeshResult::Ok)
+        return result;
+
+    if (plan.settings.joints == TubeJoints::Embed)
+        frameTubes(plan);
     const std::size_t firstVertex = mesh.positions.size();
     const std::size_t firstIndex = mesh.indices.size();
-    mesh.resizeVertices(vertices, kept.streams);
+    mesh.resizeVertices(counts.vertices, plan.settings.streams);
     cursors.open(MeshMaterial::Bark, mesh);
     TubeWriter writer(plan, bark, mesh, firstVertex, cursors);
     for (const Tube& tube : scratch.tubes)
         writer.write(tube);
-    if (isWelded)
+    if (plan.settings.joints == TubeJoints::Weld)
         turnToFront(mesh, firstIndex);
     return MeshResult::Ok;
 }

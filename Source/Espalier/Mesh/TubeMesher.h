@@ -131,4 +131,9 @@ struct TubeScratch
 [[nodiscard]] MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
                                    const Limits& limits, TubeScratch& scratch, TreeMesh& mesh);
 
+/// Adds to `counts` exactly what meshTubes will append, and gives its result: the first of its two passes. Counts are
+/// those of the mesh so far, and stay what they are unless the result is Ok.
+[[nodiscard]] MeshResult countTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
+                                    const Limits& limits, TubeScratch& scratch, MeshCounts& counts);
+
 } // namespace espalier

@@ -183,7 +183,7 @@ TubeCollar collarOf(const TubePlan& plan, std::uint32_t segment)
     collar.before = directionOf(skeleton, parent);
     collar.after = collar.before;
     collar.slopeBefore = slopeBetween(skeleton, parent, skeleton.startRadii[parent], collar.parentRadius);
-    if (isJoined(skeleton, onward))
+    if (onward != kNoSegment && isJoined(skeleton, onward))
     {
         collar.after = directionOf(skeleton, onward);
         collar.slopeAfter = slopeBetween(skeleton, onward, collar.parentRadius, endRadiusOf(skeleton, forks, onward));
@@ -341,7 +341,7 @@ void addCap(const TubeSettings& settings, std::vector<TubeRing>& rings)
     const auto count = static_cast<std::uint32_t>(std::clamp(std::ceil(wanted), 1.f, static_cast<float>(kMaxCapRings)));
     for (std::uint32_t i = 1; i <= count; ++i)
     {
-        const math::SinCos angle = math::sinCosDegrees(90.0 * i / count);
+        const math::SinCos angle = i == count ? math::SinCos{1, 0} : math::sinCosDegrees(90.0 * i / count);
         TubeRing ring = end;
         ring.normal = {static_cast<float>(angle.cos), static_cast<float>(angle.sin)};
         ring.centre += end.tangent * (end.radius * ring.normal.y);
@@ -431,9 +431,7 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
     if (flare.share > 0)
         sinkBase(scratch.rings[tube.firstRing]);
     addCap(plan.settings, scratch.rings);
-    const std::span<TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
-    layFrames(plan.skeleton.lefts[segment], rings);
-
+    const std::span<const TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
     const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points);
     tube.ringCount = static_cast<std::uint32_t>(rings.size());
     tube.sides = sidesFor(thickest, plan.settings);
@@ -489,6 +487,13 @@ bool planTubeAt(const TubePlan& plan, std::uint32_t segment)
         ++plan.scratch.embedded;
     }
     return true;
+}
+
+void frameTubes(const TubePlan& plan)
+{
+    for (const Tube& tube : plan.scratch.tubes)
+        layFrames(plan.skeleton.lefts[tube.segment],
+                  std::span(plan.scratch.rings).subspan(tube.firstRing, tube.ringCount));
 }
 
 } // namespace espalier

@@ -23,7 +23,11 @@ struct TubePlan
 /// Clears the plan and notes which segments bear branches.
 void beginPlan(const TubePlan& plan);
 
-/// Appends the tube that starts at `segment` to scratch.tubes. False if none does, or if there is nothing to sweep.
+/// Appends the tube that starts at `segment` to scratch.tubes, but for the sides of its rings. False if none does, or
+/// if there is nothing to sweep.
 [[nodiscard]] bool planTubeAt(const TubePlan& plan, std::uint32_t segment);
+
+/// Finds the sides of all rings: who only counts does without.
+void frameTubes(const TubePlan& plan);
 
 } // namespace espalier

@@ -711,6 +711,10 @@ private:
             if (along > foot.high + kFineReach * facet)
                 continue;
             const DVec2 place(nearestTurn(angle - foot.angle) * foot.radius, along - foot.along);
+            // Its outline has only shrunk since its size was taken.
+            const double farthest = foot.size + 1.01 * kFineReach * facet;
+            if (glm::dot(place, place) > farthest * farthest)
+                continue;
             nearest = std::min(nearest, distanceTo(outlineOf(plan_, foot), place, foot.radius));
         }
         return nearest;

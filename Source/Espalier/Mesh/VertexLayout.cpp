@@ -359,6 +359,11 @@ std::size_t bytesOf(const TreeMesh& mesh, const VertexLayout& layout) noexcept
     return mesh.positions.size() * layout.stride;
 }
 
+std::size_t vertexBytesOf(const MeshCounts& counts, const VertexLayout& layout) noexcept
+{
+    return static_cast<std::size_t>(counts.vertices) * layout.stride;
+}
+
 VertexResult writeVertices(const TreeMesh& mesh, const VertexLayout& layout, std::span<std::byte> out) noexcept
 {
     if (const VertexResult checked = checkLayout(layout); checked != VertexResult::Ok)

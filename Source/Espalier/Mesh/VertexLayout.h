@@ -9,6 +9,7 @@
 namespace espalier {
 
 struct TreeMesh;
+struct MeshCounts;
 
 /// What of a vertex an attribute holds.
 enum class VertexSemantic : std::uint8_t
@@ -96,6 +97,9 @@ enum class VertexResult : std::uint8_t
 
 /// Bytes that the mesh's vertices take in this layout.
 [[nodiscard]] std::size_t bytesOf(const TreeMesh& mesh, const VertexLayout& layout) noexcept;
+
+/// The same of a mesh that is not there yet (countTree, meshBound).
+[[nodiscard]] std::size_t vertexBytesOf(const MeshCounts& counts, const VertexLayout& layout) noexcept;
 
 /// Writes the vertices of `mesh` to the front of the caller's memory, which needs no alignment. Bytes of a vertex that
 /// belong to no attribute stay as they are, and all of them unless the result is Ok. Equal input gives equal bytes.

@@ -288,7 +288,7 @@ void PreviewScene::cutLeaves(const RTCFilterFunctionNArguments* arguments)
     const float u = RTCHitN_u(arguments->hit, 1, 0);
     const float v = RTCHitN_v(arguments->hit, 1, 0);
     const std::uint32_t* corner = scene->mesh_.indices.data() + std::size_t{3} * triangle;
-    const std::vector<Vec2>& uvs = scene->mesh_.uvs;
+    const RawVector<Vec2>& uvs = scene->mesh_.uvs;
     const Vec2 uv = (1 - u - v) * uvs[corner[0]] + u * uvs[corner[1]] + v * uvs[corner[2]];
     constexpr float kCutoff = 0.5f; // as in glTF
     const Paint& paint = scene->paintOf(triangle);

@@ -47,8 +47,8 @@ std::string payloadOf(const std::string& glb)
     return glb.substr(chunk + 8, wordAt(glb, chunk));
 }
 
-template <class T>
-std::string bytesOf(const std::vector<T>& values)
+template <class T, class Allocator>
+std::string bytesOf(const std::vector<T, Allocator>& values)
 {
     return {reinterpret_cast<const char*>(values.data()), values.size() * sizeof(T)};
 }
@@ -220,7 +220,7 @@ TEST(Gltf, HoldsTheArraysOfTheMesh)
     const TreeMesh mesh = handMade({.sides = 5});
     const auto glb = bakeGlb(mesh, {}, kOak);
     ASSERT_TRUE(glb);
-    std::vector<Vec2> fromTop = mesh.uvs;
+    RawVector<Vec2> fromTop = mesh.uvs;
     for (Vec2& uv : fromTop)
         uv.y = 1 - uv.y;
     const std::vector<std::uint16_t> shorts(mesh.indices.begin(), mesh.indices.end());

@@ -30,10 +30,10 @@ TreeMesh leafy()
 /// What a reader makes of the text.
 struct ReadBack
 {
-    std::vector<Vec3> positions;
-    std::vector<Vec3> normals;
-    std::vector<Vec2> uvs;
-    std::vector<std::uint32_t> indices;
+    RawVector<Vec3> positions;
+    RawVector<Vec3> normals;
+    RawVector<Vec2> uvs;
+    RawVector<std::uint32_t> indices;
     std::vector<std::string> groups;
     std::vector<std::string> materials;
     std::string materialFile;

@@ -123,7 +123,7 @@ TEST(VertexLayout, IndicesOf65535VerticesFitInto16Bits)
         const TreeMesh mesh = handMade(tube);
         const bool isShort = mesh.positions.size() <= 65535;
         std::vector<std::uint16_t> shorts(mesh.indices.size(), 9);
-        std::vector<std::uint32_t> longs(mesh.indices.size());
+        RawVector<std::uint32_t> longs(mesh.indices.size());
         EXPECT_EQ(writeIndices(mesh, shorts), isShort ? VertexResult::Ok : VertexResult::IndexTooWide);
         EXPECT_EQ(writeIndices(mesh, longs), VertexResult::Ok);
         EXPECT_EQ(longs, mesh.indices);

@@ -157,7 +157,7 @@ TEST(ImpostorAtlas, ShowsTheNormalsOfThePlantFromBothSidesOfACard)
     for (const float front : {1.0f, -1.0f})
     {
         const Vec3 toViewer(0, 0, front);
-        for (const float x : {-0.6f, 0.0f, 0.6f})
+        for (const float x : {-0.6f, 0.6f})
         {
             const auto sight = seeImpostor(trunk.impostor, trunk.atlas, toViewer, {x, 2, 0});
             ASSERT_TRUE(sight);
