@@ -162,6 +162,13 @@ read_elsewhere()
     passed=$((passed + $#))
 }
 
+# same_tangents FILE...: as MikkTSpace has them; each file counts as a test.
+same_tangents()
+{
+    node Tests/Acceptance/gltf-readers/mikktspace.mjs "$@" || return
+    passed=$((passed + $#))
+}
+
 # accept_dressed SEEDS LEVELS SPECIES: bakes, asks all readers, and deletes what they like: a hundred trees of every kind
 # would take 25 GB.
 accept_dressed()
@@ -189,7 +196,7 @@ bake_for_blender()
         while read -r what options; do
             # shellcheck disable=SC2086
             Build/release/bin/espalier grow "$folder/$name.species" --textures 256 $options -o "$folder/$name-$what.glb" || exit
-        done <<< $'full --lod 0 --wind generic --translucent\nmiddle --lod 3\nweld --lod 2 --branches weld\nbones --lod 2 --wind bones --profile quantized'
+        done <<< $'full --lod 0 --wind generic --translucent\nmiddle --lod 3 --impostor cards\nweld --lod 2 --branches weld\nbones --lod 2 --wind bones --profile quantized'
     done
 )
 
@@ -251,6 +258,7 @@ elif [ "${1:-}" = --acceptance ]; then
         must "Install the other readers" npm_install Tests/Acceptance/gltf-readers
         must "Bake one of each in leaf" bake_for_blender
         must "Render GLB files with Blender's Cycles" render_in_blender Build/release/Blender/*.glb
+        must "Compare tangents with MikkTSpace's" same_tangents Build/release/Blender/*.glb
         rm -rf Build/release/Dressed
         for seeds in 1..5 6..10 11..15 16..20; do
             for name in $(dressed_species); do

@@ -331,11 +331,13 @@ expect "levels the wrong way round" 2 "the lower level first" "$espalier" grow l
 expect "collision shapes" 0 "c.collision.json: " "$espalier" grow look.species --lod 4 --collision --textures 16 -o c.glb
 expect "one closed surface" 0 "triangles" "$espalier" grow look.species --lod 4 --branches weld --no-leaves --textures 0 -o w.glb
 expect "cards" 0 "cards-impostor.glb: 32 vertices, 16 triangles" "$espalier" grow look.species --lod 5 --impostor cards --atlas 64 --textures 0 -o cards.glb
-expect "cards beside a chain" 0 '"texels": 63' "$espalier" grow look.species --lod 4..5 --together --impostor cards --atlas 64 --textures 0 --json -o chain.glb
+expect "cards beside a chain" 0 '"texels": 64' "$espalier" grow look.species --lod 4..5 --together --impostor cards --atlas 64 --textures 0 --json -o chain.glb
 expect "an octahedral impostor" 0 "oct-impostor.json: 64 frames" "$espalier" grow look.species --lod 5 --impostor octahedral --atlas 64 --textures 0 -o oct.glb
 expect "how an impostor looks" 0 " %, as bright as " "$espalier" grow look.species --lod 5 --impostor octahedral --atlas 512 --textures 0 --differences -o oct.glb
 expect "an impostor of no kind" 2 "--impostor" "$espalier" grow look.species --impostor sphere -o x.glb
 expect "cards on a sheet" 0 "pixels" "$espalier" render look.species --lod 5 --impostor --takeover --sheet --width 64 --height 64 --samples 1 -o s.png
+expect "an atlas of nothing" 2 "expected --impostor" "$espalier" grow look.species --atlas 64 -o x.glb
+expect "a gust of cards" 2 "expected neither" "$espalier" render look.species --gust 3 --impostor --sheet -o s.png
 expect "cards without a sheet" 2 "expected --sheet" "$espalier" render look.species --impostor -o s.png
 expect "an OBJ" 0 "triangles" "$espalier" grow look.species --lod 4 --textures 16 -o o.obj
 expect "an OBJ's pictures" 0 "o-bark-colour.png" cat o.mtl
