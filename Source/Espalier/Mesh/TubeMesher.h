@@ -118,9 +118,9 @@ struct TubeScratch
 ///
 /// With TubeJoints::Weld a branch's collar ends on the parent's surface, which is open there: tubes that grow out of
 /// each other are one closed surface, in which two triangles meet at every edge (vertices with bit-equal positions
-/// taken as one). Nothing changes but around the joints, where light crosses without an edge. Branches that hardly come
-/// out of their parent, or have no room on it, stay tubes of their own, and scratch.embedded counts them; surfaces may
-/// still pass through each other.
+/// taken as one). Nothing changes but around the joints, where light crosses without an edge, but for steep crotches:
+/// there normals are turned to the front of their triangles. Branches that hardly come out of their parent, or have no
+/// room on it, stay tubes of their own, and scratch.embedded counts them; surfaces may still pass through each other.
 ///
 /// u runs a whole number of texture repeats round each axis, so bark tiles without a seam. v advances with the length
 /// at the scale of u on the axis' mean radius, so texels stay square: about one repeat a tile, more on axes thinner
