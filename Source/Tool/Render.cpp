@@ -10,6 +10,7 @@
 #include <Espalier/Render/LineDrawing.h>
 #include <Espalier/Render/Render.h>
 #include <algorithm>
+#include <bit>
 #include <glm/common.hpp>
 #include <iomanip>
 #include <iostream>
@@ -142,8 +143,10 @@ private:
                             label, path))
             return;
         const Impostor impostor = makeImpostor(full, ImpostorKind::Cards);
+        // A frame is half as high as the atlas, and needs no more texels than the picture has pixels.
+        const std::uint32_t texels = std::clamp(std::bit_ceil(2 * settings_.height), 256u, AtlasSettings{}.size);
         atlases_.push_back(std::make_unique<MaterialTextures>(
-            orFail(paintImpostor({&full, &look, label}, impostor, {}, terminalProgress()))));
+            orFail(paintImpostor({&full, &look, label}, impostor, {.size = texels}, terminalProgress()))));
         TreeMesh cards;
         meshCards(impostor, cards);
         const std::string caption = "impostor: " + std::to_string(cards.indices.size() / 3) + " triangles";

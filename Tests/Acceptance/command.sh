@@ -333,7 +333,7 @@ expect "one closed surface" 0 "triangles" "$espalier" grow look.species --lod 4 
 expect "cards" 0 "cards-impostor.glb: 32 vertices, 16 triangles" "$espalier" grow look.species --lod 5 --impostor cards --atlas 64 --textures 0 -o cards.glb
 expect "cards beside a chain" 0 '"texels": 64' "$espalier" grow look.species --lod 4..5 --together --impostor cards --atlas 64 --textures 0 --json -o chain.glb
 expect "an octahedral impostor" 0 "oct-impostor.json: 64 frames" "$espalier" grow look.species --lod 5 --impostor octahedral --atlas 64 --textures 0 -o oct.glb
-expect "how an impostor looks" 0 " %, as bright as " "$espalier" grow look.species --lod 5 --impostor octahedral --atlas 512 --textures 0 --differences -o oct.glb
+expect "how an impostor looks" 0 " %, as bright as " "$espalier" grow look.species --lod 5 --impostor octahedral --atlas 256 --textures 0 --differences -o oct.glb
 expect "an impostor of no kind" 2 "--impostor" "$espalier" grow look.species --impostor sphere -o x.glb
 expect "cards on a sheet" 0 "pixels" "$espalier" render look.species --lod 5 --impostor --takeover --sheet --width 64 --height 64 --samples 1 -o s.png
 expect "an atlas of nothing" 2 "expected --impostor" "$espalier" grow look.species --atlas 64 -o x.glb
