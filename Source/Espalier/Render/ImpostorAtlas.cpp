@@ -177,9 +177,8 @@ double weightOf(const Impostor& impostor, std::size_t frame, std::uint32_t view)
 {
     if (impostor.kind == ImpostorKind::Octahedral)
         return 1;
-    const auto [sin, cos] = math::sinCos(azimuthOf(view));
-    const Vec3 toViewer(static_cast<float>(sin), 0, static_cast<float>(cos));
-    return math::pow(std::max(static_cast<double>(glm::dot(impostor.frames[frame].toViewer, toViewer)), 0.0), 8);
+    const float facing = glm::dot(impostor.frames[frame].toViewer, toViewerAt(azimuthOf(view)));
+    return math::pow(std::max(static_cast<double>(facing), 0.0), 8);
 }
 
 /// Cuts the frames out so that the impostor covers as much as the plant in all calibrated views together, for cards
@@ -190,11 +189,10 @@ Expected<void> calibrate(const PreviewScene& scene, const Impostor& impostor, co
 {
     constexpr int kCuts = 8;
     constexpr int kTones = 6;
-    constexpr double kBegun = 0.7; // by the photographs
     const std::uint32_t pixels = std::clamp(film.height / 2, 64u, 128u);
     double done = 0;
     const auto step = [&] {
-        progress("impostor", kBegun + (1 - kBegun) * ++done / (1 + kCuts + kTones));
+        progress("impostor", kPhotographed + (1 - kPhotographed) * ++done / (1 + kCuts + kTones));
         return !progress.wantsStop();
     };
     const auto viewed = [&](const auto& look) {

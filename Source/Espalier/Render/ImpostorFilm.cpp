@@ -164,9 +164,8 @@ Expected<Film> photograph(const PreviewScene& scene, const Impostor& impostor, c
                 lookAt(scene, {left + static_cast<float>(x) * right, right, up, frame.toViewer}, farFrom(impostor),
                        settings.samples, key.child(x));
     };
-    constexpr double kDone = 0.7; // of all that painting an impostor takes
     forEachTask(rows, threadsFor(settings.threads), progress, takeRow,
-                [&](std::uint32_t taken) { progress("impostor", kDone * taken / rows); });
+                [&](std::uint32_t taken) { progress("impostor", kPhotographed * taken / rows); });
     if (progress.wantsStop())
         return failure(ErrorKind::Cancelled, {}, "painting the impostor was cancelled");
     if (impostor.kind == ImpostorKind::Cards)

@@ -60,6 +60,9 @@ struct Film
     std::vector<FilmFrame> frames;
 };
 
+/// Share of the time that painting an impostor takes: how far progress has come when all pictures are taken.
+inline constexpr double kPhotographed = 0.7;
+
 /// Takes all pictures, without alpha. Of two cards back to back both cover the mean of what they do: a silhouette is
 /// the same from behind, and so will their alpha be.
 [[nodiscard]] Expected<Film> photograph(const PreviewScene& scene, const Impostor& impostor,

@@ -1,13 +1,12 @@
 #include <Espalier/Render/ImpostorView.h>
 
-#include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Tasks.h>
+#include <Espalier/Render/Camera.h>
 #include <Espalier/Render/ImpostorAtlas.h>
 #include <Espalier/Render/ImpostorFilm.h>
 #include <Espalier/Render/PreviewScene.h>
 #include <Espalier/Texture/Srgb.h>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -20,20 +19,7 @@ namespace {
 /// Rays along each side of a pixel.
 constexpr std::uint32_t kSamples = 2;
 
-struct ViewAxis
-{
-    Vec3 toViewer;
-    Vec3 right;
-    static constexpr Vec3 kUp{0, 1, 0};
-};
-
-ViewAxis axisOf(double azimuth)
-{
-    const auto [sin, cos] = math::sinCos(azimuth);
-    const auto s = static_cast<float>(sin);
-    const auto c = static_cast<float>(cos);
-    return {{s, 0, c}, {c, 0, -s}};
-}
+constexpr Vec3 kUp{0, 1, 0};
 
 /// Rows are added up in order, whichever thread looked at them.
 template <class LookAt>
@@ -70,12 +56,6 @@ float ditherAt(std::uint32_t x, std::uint32_t y)
 /// Bilinear, as graphics cards look textures up; within the frame, for those never look beyond the margin.
 Vec4 lookUp(const Image& image, Vec2 uv, bool isSrgb)
 {
-    static const std::array<float, 256> kLight = [] {
-        std::array<float, 256> light{};
-        for (std::size_t i = 0; i < light.size(); ++i)
-            light[i] = linearFromSrgb(static_cast<std::uint8_t>(i));
-        return light;
-    }();
     const Vec2 size(static_cast<float>(image.width), static_cast<float>(image.height));
     const Vec2 at = glm::clamp(uv * size - Vec2(0.5f), Vec2(0), size - Vec2(1));
     const Vec2 floor(std::floor(at.x), std::floor(at.y));
@@ -88,7 +68,7 @@ Vec4 lookUp(const Image& image, Vec2 uv, bool isSrgb)
     const auto add = [&](std::size_t x, std::size_t y, float share) {
         const std::uint8_t* texel = &image.texels[(y * image.width + x) * image.channels];
         for (int c = 0; c < static_cast<int>(image.channels); ++c)
-            sum[c] += share * (isSrgb && c < 3 ? kLight[texel[c]] : static_cast<float>(texel[c]) / 255);
+            sum[c] += share * (isSrgb && c < 3 ? linearFromSrgb(texel[c]) : static_cast<float>(texel[c]) / 255);
     };
     add(x0, y0, (1 - in.x) * (1 - in.y));
     add(x1, y0, in.x * (1 - in.y));
@@ -183,6 +163,11 @@ std::optional<ImpostorSight> seePicked(const Impostor& impostor, const MaterialT
 
 } // namespace
 
+Vec3 toViewerAt(double azimuth) noexcept
+{
+    return Vec3(-viewAxes(azimuth, 0).forward);
+}
+
 DVec3 ImpostorView::mean() const noexcept
 {
     return covered > 0 ? colour / covered : DVec3(0);
@@ -198,29 +183,31 @@ std::optional<ImpostorSight> seeImpostor(const Impostor& impostor, const Materia
 ImpostorView viewPlant(const PreviewScene& scene, const Impostor& impostor, double azimuth, std::uint32_t pixels,
                        std::uint32_t threads)
 {
-    const ViewAxis axis = axisOf(azimuth);
+    const Vec3 right(viewAxes(azimuth, 0).right);
+    const Vec3 toViewer = toViewerAt(azimuth);
     const float pixel = 2 * impostor.radius / static_cast<float>(pixels);
-    const Vec3 corner = impostor.centre - impostor.radius * (axis.right + ViewAxis::kUp);
+    const Vec3 corner = impostor.centre - impostor.radius * (right + kUp);
     return viewOf(pixels, threads, [&](std::uint32_t x, std::uint32_t y) {
-        const Vec3 at = corner + pixel * (static_cast<float>(x) * axis.right + static_cast<float>(y) * ViewAxis::kUp);
-        return lookAt(scene, {at, pixel * axis.right, pixel * ViewAxis::kUp, axis.toViewer}, farFrom(impostor),
-                      kSamples, RandomKey(Seed{}).child(y).child(x));
+        const Vec3 at = corner + pixel * (static_cast<float>(x) * right + static_cast<float>(y) * kUp);
+        return lookAt(scene, {at, pixel * right, pixel * kUp, toViewer}, farFrom(impostor), kSamples,
+                      RandomKey(Seed{}).child(y).child(x));
     });
 }
 
 ImpostorView viewImpostor(const Impostor& impostor, const MaterialTextures& atlas, double azimuth, std::uint32_t pixels,
                           std::uint32_t threads)
 {
-    const ViewAxis axis = axisOf(azimuth);
+    const Vec3 right(viewAxes(azimuth, 0).right);
+    const Vec3 toViewer = toViewerAt(azimuth);
     const std::uint32_t rays = kSamples * pixels;
     const float step = 2 * impostor.radius / static_cast<float>(rays);
     return viewOf(rays, threads, [&](std::uint32_t x, std::uint32_t y) {
         const RandomKey key = RandomKey(Seed{}).child(y).child(x);
-        const float right = static_cast<float>(x) + static_cast<float>(key.uniform(Purpose::Sampling, 0));
-        const float up = static_cast<float>(y) + static_cast<float>(key.uniform(Purpose::Sampling, 1));
-        const Vec2 at = step * Vec2(right, up) - impostor.radius;
-        const auto sight = seeImpostor(impostor, atlas, axis.toViewer,
-                                       impostor.centre + at.x * axis.right + at.y * ViewAxis::kUp, ditherAt(x, y));
+        const float across = static_cast<float>(x) + static_cast<float>(key.uniform(Purpose::Sampling, 0));
+        const float along = static_cast<float>(y) + static_cast<float>(key.uniform(Purpose::Sampling, 1));
+        const Vec2 at = step * Vec2(across, along) - impostor.radius;
+        const auto sight =
+            seeImpostor(impostor, atlas, toViewer, impostor.centre + at.x * right + at.y * kUp, ditherAt(x, y));
         constexpr float kShare = 1.0f / (kSamples * kSamples);
         return sight ? FilmTexel{.colour = sight->colour, .share = kShare} : FilmTexel{};
     });

@@ -18,7 +18,10 @@ struct ImpostorView
     [[nodiscard]] DVec3 mean() const noexcept; ///< Black where nothing is covered.
 };
 
-// Both look from `azimuth` (radians from +Z towards +X), in pixels * pixels with four rays each.
+/// Unit, level: to who looks from `azimuth`, radians from +Z towards +X.
+[[nodiscard]] Vec3 toViewerAt(double azimuth) noexcept;
+
+// Both look from `azimuth`, in pixels * pixels with four rays each.
 
 [[nodiscard]] ImpostorView viewPlant(const PreviewScene& scene, const Impostor& impostor, double azimuth,
                                      std::uint32_t pixels, std::uint32_t threads);

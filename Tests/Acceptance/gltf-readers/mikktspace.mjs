@@ -11,12 +11,11 @@
 // where a branch stands on another and both share their normals, that is many degrees.
 
 import { createRequire } from "node:module";
-import { readdirSync, readFileSync, statSync } from "node:fs";
-import { join } from "node:path";
+import { readFileSync } from "node:fs";
 
-import { NodeIO } from "@gltf-transform/core";
-import { ALL_EXTENSIONS } from "@gltf-transform/extensions";
 import { MeshoptDecoder } from "meshoptimizer";
+
+import { glbFiles, io } from "./glb-files.mjs";
 
 const { generateTangents } = createRequire(import.meta.url)("mikktspace"); // its module form is for bundlers
 
@@ -24,17 +23,6 @@ const BOUNDS = [5, 10, 30]; // degrees
 const MOST_OF_WOOD = 15; // degrees, the mean: three-sided twigs of coarse levels, welded, come to 11
 const MOST_OF_LEAVES = 3; // likewise: folded ones whose normals are bent come to 0.7, in bytes to 0.9
 const NO_AREA = 1e-12; // of textures
-
-const io = new NodeIO().registerExtensions(ALL_EXTENSIONS).registerDependencies({ "meshopt.decoder": MeshoptDecoder });
-io.setLogger({ debug() {}, info() {}, warn() {}, error: console.error });
-
-function glbFiles(path) {
-  if (!statSync(path).isDirectory()) return [path];
-  return readdirSync(path)
-    .sort()
-    .filter((name) => name.endsWith(".glb"))
-    .map((name) => join(path, name));
-}
 
 /** An attribute's numbers, corner by corner of the triangles. */
 function corners(primitive, name) {

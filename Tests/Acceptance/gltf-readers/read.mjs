@@ -3,8 +3,7 @@
 // their vertices, and triangles of one-sided materials face their normals, which no validator asks for.
 // Vertices that several primitives share count for each. Prints a line a file, then "N files, F failed". Exit: 0 all good, 1 a file failed, 2 no file found.
 
-import { readdirSync, readFileSync, statSync } from "node:fs";
-import { join } from "node:path";
+import { readFileSync } from "node:fs";
 
 import { NullEngine } from "@babylonjs/core/Engines/nullEngine.js";
 import { LoadAssetContainerAsync } from "@babylonjs/core/Loading/sceneLoader.js";
@@ -13,15 +12,13 @@ import { Logger } from "@babylonjs/core/Misc/logger.js";
 import { Scene } from "@babylonjs/core/scene.js";
 import "@babylonjs/core/Materials/PBR/pbrMaterial.js";
 import "@babylonjs/loaders/glTF/2.0/index.js";
-import { Accessor, NodeIO } from "@gltf-transform/core";
-import { ALL_EXTENSIONS } from "@gltf-transform/extensions";
+import { Accessor } from "@gltf-transform/core";
 import { MeshoptDecoder } from "meshoptimizer";
+
+import { glbFiles, io } from "./glb-files.mjs";
 
 const LEAST_SHARE_FACING = 0.99; // of one-sided triangles: where tubes bend sharply a few turn over
 const BOUNDS_TOLERANCE = 1e-4; // of the largest extent: the steps of quantized positions lie on either side
-
-const io = new NodeIO().registerExtensions(ALL_EXTENSIONS).registerDependencies({ "meshopt.decoder": MeshoptDecoder });
-io.setLogger({ debug() {}, info() {}, warn() {}, error: console.error });
 
 // Babylon.js would fetch its decoder from the network; this one is the same library.
 MeshoptCompression._Default = {
@@ -29,14 +26,6 @@ MeshoptCompression._Default = {
     MeshoptDecoder.decodeGltfBufferAsync(count, stride, source, mode, filter),
 };
 Logger.LogLevels = Logger.ErrorLogLevel;
-
-function glbFiles(path) {
-  if (!statSync(path).isDirectory()) return [path];
-  return readdirSync(path)
-    .sort()
-    .filter((name) => name.endsWith(".glb"))
-    .map((name) => join(path, name));
-}
 
 function require(condition, message) {
   if (!condition) throw new Error(message);
