@@ -3,6 +3,7 @@
 #include "Input.h"
 #include "Usage.h"
 
+#include <Espalier/Bake/PivotTextures.h>
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Render/ImpostorAtlas.h>
@@ -22,12 +23,13 @@ const std::map<std::string, GltfEncoding> kProfiles{{"portable", GltfEncoding::P
 const std::map<std::string, std::optional<WindPreset>> kWinds{{"none", std::nullopt},
                                                               {"generic", WindPreset::Generic},
                                                               {"crytek", WindPreset::Crytek},
-                                                              {"bones", WindPreset::Bones}};
+                                                              {"bones", WindPreset::Bones},
+                                                              {"pivots", WindPreset::PivotPainter}};
 
 const std::map<std::string, std::optional<ImpostorKind>> kImpostors{
     {"none", std::nullopt}, {"cards", ImpostorKind::Cards}, {"octahedral", ImpostorKind::Octahedral}};
 
-// Of a camera with kUsualLines over kUsualDegrees of height: 1080 / (2 tan 30 degrees).
+// Of a usual camera: 1080 lines over 60 degrees of height, 1080 / (2 tan 30 degrees).
 constexpr double kPixelsAtOneMetre = 935.3074;
 
 /// oak-7.glb of level 2: oak-7-lod2.glb.
@@ -38,10 +40,10 @@ std::filesystem::path levelPath(const std::filesystem::path& path, std::uint32_t
     return path.parent_path() / (path.stem().string() + "-lod" + std::to_string(lod) + path.extension().string());
 }
 
-/// oak-7.glb: oak-7-impostor.glb, or with another ending.
-std::filesystem::path impostorPath(const std::filesystem::path& path, const std::string& ending)
+/// oak-7.glb: oak-7-impostor.glb for "-impostor.glb".
+std::filesystem::path besidePath(const std::filesystem::path& path, const std::string& ending)
 {
-    return path.parent_path() / (path.stem().string() + "-impostor" + ending);
+    return path.parent_path() / (path.stem().string() + ending);
 }
 
 EncodedImages encode(const MaterialTextures& material)
@@ -67,6 +69,14 @@ void addTakeover(float error, nlohmann::ordered_json& facts)
 nlohmann::ordered_json toJson(const Vec3& v)
 {
     return {v.x, v.y, v.z};
+}
+
+nlohmann::ordered_json toJson(std::span<const Vec4> table)
+{
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const Vec4& v : table)
+        all.push_back({v.x, v.y, v.z, v.w});
+    return all;
 }
 
 nlohmann::ordered_json toJson(const std::vector<Vec3>& points)
@@ -118,9 +128,10 @@ void BakeChoices::addTo(CLI::App& verb)
                     "embed: each branch begins inside its parent; weld: all wood is one closed surface")
         ->check(CLI::IsMember({"embed", "weld"}))
         ->capture_default_str();
-    verb.add_option("--wind", wind,
-                    "Wind data (Source/Espalier/Mesh/WIND.md): generic: further texture coordinates; crytek: vertex "
-                    "colours; bones: a skin")
+    verb.add_option(
+            "--wind", wind,
+            "Wind data (Source/Espalier/Mesh/WIND.md): generic: further texture coordinates; crytek: vertex "
+            "colours; bones: a skin; pivots: tables as of Pivot Painter 2, out-pivots.json and textures for Unreal")
         ->check(CLI::IsMember(names(kWinds)))
         ->capture_default_str();
     verb.add_option("--joints", joints, "Joints of --wind bones, at most")
@@ -204,6 +215,11 @@ void PlantBaker::addWind(const Skeleton& skeleton, Level& level)
         level.skin = windSkin(vertices, choices_.joints);
     else
         fillWindChannels(*preset_, vertices, level.wind);
+    if (*preset_ == WindPreset::PivotPainter) // the same of all levels
+    {
+        pivots_ = pivotTable(vertices);
+        elements_ = static_cast<std::uint32_t>(vertices.elements.size());
+    }
 }
 
 void PlantBaker::addDifferences(const TreeMesh& full, const Level& level, nlohmann::ordered_json& facts)
@@ -263,6 +279,8 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
         file["levels"] = std::move(made);
         made = nlohmann::ordered_json::array({std::move(file)});
     }
+    if (preset_ == WindPreset::PivotPainter)
+        made.push_back(writePivots(label, output));
     if (impostor)
         made.push_back(writeImpostor(*impostor, *full, levels.back().error, info, label, output));
     if (choices_.collision)
@@ -282,8 +300,9 @@ nlohmann::ordered_json PlantBaker::writeImpostor(ImpostorKind kind, const TreeMe
     atlas_ =
         orFail(paintImpostor({&full, &appearance_, label}, impostor_, {.size = choices_.atlas}, terminalProgress()));
     const float error = std::max(impostorError(impostor_, atlas_.colour.width), coarsest);
-    nlohmann::ordered_json facts = kind == ImpostorKind::Cards ? writeCards(error, info, impostorPath(output, ".glb"))
-                                                               : writeFrames(error, label, output);
+    nlohmann::ordered_json facts = kind == ImpostorKind::Cards
+                                       ? writeCards(error, info, besidePath(output, "-impostor.glb"))
+                                       : writeFrames(error, label, output);
     facts["texels"] = atlas_.colour.width;
     addTakeover(error, facts);
     if (choices_.differences)
@@ -333,10 +352,10 @@ nlohmann::ordered_json PlantBaker::writeCards(float error, BakeInfo info, const 
 nlohmann::ordered_json PlantBaker::writeFrames(float error, const std::string& label,
                                                const std::filesystem::path& output) const
 {
-    const std::filesystem::path path = impostorPath(output, ".json");
-    const std::filesystem::path colour = impostorPath(output, "-colour.png");
-    const std::filesystem::path normal = impostorPath(output, "-normal.png");
-    const std::filesystem::path roughness = impostorPath(output, "-roughness.png");
+    const std::filesystem::path path = besidePath(output, "-impostor.json");
+    const std::filesystem::path colour = besidePath(output, "-impostor-colour.png");
+    const std::filesystem::path normal = besidePath(output, "-impostor-normal.png");
+    const std::filesystem::path roughness = besidePath(output, "-impostor-roughness.png");
     const nlohmann::ordered_json document{{"espalier", "impostor"},
                                           {"version", 1},
                                           {"plant", label},
@@ -410,6 +429,31 @@ nlohmann::ordered_json PlantBaker::writeLevelObj(const Level& level, const BakeI
         for (const std::string* name : {&names.colour, &names.normal, &names.roughness})
             with.push_back((output.parent_path() / *name).string());
     return with;
+}
+
+/// The table as numbers for any engine, and as the textures that Unreal's material functions read.
+nlohmann::ordered_json PlantBaker::writePivots(const std::string& label, const std::filesystem::path& output) const
+{
+    const std::filesystem::path path = besidePath(output, "-pivots.json");
+    const std::filesystem::path positions = besidePath(output, "-pivots-position.exr");
+    const std::filesystem::path directions = besidePath(output, "-pivots-direction.png");
+    const PivotTextures textures = orFailIn(path_, encodePivots(pivots_, elements_));
+    const auto rows = [&](const std::vector<Vec4>& table) {
+        return toJson(std::span(table).first(std::min<std::size_t>(elements_, table.size())));
+    };
+    const nlohmann::ordered_json document{{"espalier", "pivots"},
+                                          {"version", 1},
+                                          {"plant", label},
+                                          {"side", pivots_.side},
+                                          {"pivots", rows(pivots_.pivots)},
+                                          {"directions", rows(pivots_.directions)},
+                                          {"levels", rows(pivots_.levels)},
+                                          {"positionTexture", positions.filename().string()},
+                                          {"directionTexture", directions.filename().string()}};
+    orFail(writeFileAtomically(positions, textures.pivots));
+    orFail(writeFileAtomically(directions, textures.directions));
+    orFail(writeFileAtomically(path, document.dump() + "\n"));
+    return {{"file", path.string()}, {"elements", elements_}, {"with", {positions.string(), directions.string()}}};
 }
 
 nlohmann::ordered_json PlantBaker::writeCollision(const Skeleton& skeleton, const std::string& label,

@@ -83,6 +83,7 @@ private:
     void writeTextures(const std::filesystem::path& obj);
     nlohmann::ordered_json writeLevelObj(const Level& level, const BakeInfo& info, const std::filesystem::path& path,
                                          const std::filesystem::path& output);
+    nlohmann::ordered_json writePivots(const std::string& label, const std::filesystem::path& output) const;
     nlohmann::ordered_json writeCollision(const Skeleton& skeleton, const std::string& label,
                                           const std::filesystem::path& path);
 
@@ -95,6 +96,8 @@ private:
     DetailScratch scratch_;
     TreeMesh
         full_; ///< The plant at level 0, where something is compared with it or painted from it and no file has it.
+    PivotTable pivots_;          ///< Of the plant, with --wind pivots.
+    std::uint32_t elements_ = 0; ///< In it.
     Impostor impostor_;
     MaterialTextures atlas_; ///< Of the impostor.
     SilhouetteScratch silhouettes_;

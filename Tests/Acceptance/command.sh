@@ -361,6 +361,9 @@ expect "cards on a sheet" 0 "pixels" "$espalier" render look.species --lod 5 --i
 expect "an atlas of nothing" 2 "--atlas needs --impostor cards or octahedral" "$espalier" grow look.species --atlas 64 -o x.glb
 expect "a gust of cards" 2 "expected neither" "$espalier" render look.species --gust 3 --impostor --sheet -o s.png
 expect "cards without a sheet" 2 "--impostor needs --sheet" "$espalier" render look.species --impostor -o s.png
+expect "a table of pivots" 0 "with p-pivots-position.exr, p-pivots-direction.png" "$espalier" grow look.species --lod 4..5 --wind pivots --textures 0 -o p.glb
+expect "that says where they are" 0 '"positionTexture":"p-pivots-position.exr"' cat p-pivots.json
+expect "and which texel is a vertex' own" 0 TEXCOORD_1 grep -a -o TEXCOORD_1 p-lod4.glb
 expect "an OBJ" 0 "triangles" "$espalier" grow look.species --lod 4 --textures 16 -o o.obj
 expect "an OBJ's pictures" 0 "o-bark-colour.png" cat o.mtl
 expect "an OBJ's files" 0 "with the_oak.mtl, the_oak-bark-colour.png" "$espalier" grow look.species --lod 5 --textures 16 -o "the oak.obj"

@@ -1,5 +1,7 @@
 #include <Espalier/Mesh/TreeMesh.h>
 #include <Espalier/Mesh/VertexLayout.h>
+
+#include <Espalier/Core/Half.h>
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -190,24 +192,6 @@ T normalized(float value, float lowest, float steps)
 std::int16_t snorm16(float value)
 {
     return normalized<std::int16_t>(value, -1, 32767);
-}
-
-/// Round to nearest, ties to even. Requires: below the range of halves, above it nothing, see isInRange.
-std::uint16_t halfOf(float value)
-{
-    const auto bits = std::bit_cast<std::uint32_t>(value);
-    const std::uint32_t sign = bits >> 16 & 0x8000u;
-    const std::uint32_t magnitude = bits & 0x7fffffffu;
-    constexpr std::uint32_t kSmallestNormal = 113u << 23; // 2^-14
-    if (magnitude < kSmallestNormal)
-    {
-        // Steps of 2^-24: adding 0.5 lets the processor's own rounding, to even, find the nearest.
-        const float shifted = std::bit_cast<float>(magnitude) + 0.5f;
-        return static_cast<std::uint16_t>(sign | (std::bit_cast<std::uint32_t>(shifted) - (126u << 23)));
-    }
-    const std::uint32_t odd = magnitude >> 13 & 1u;
-    const std::uint32_t rounded = magnitude + 0xfffu + odd - ((127u - 15u) << 23);
-    return static_cast<std::uint16_t>(sign | rounded >> 13);
 }
 
 std::array<std::int16_t, 2> octahedral(const Vec4& direction)
