@@ -29,6 +29,7 @@ int main(int argc, char** argv)
     app.name("espalier");
     app.require_subcommand(1);
     app.failure_message(failureMessage);
+    app.formatter(plainHelp()); // before the verbs, which take it over
     app.set_version_flag("--version", "espalier " ESPALIER_VERSION);
     addDerive(app);
     addCheck(app);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <numeric>
+#include <utility>
 
 namespace espalier::tool {
 
@@ -82,6 +83,27 @@ std::string nameIn(const std::string& word)
     return word.starts_with("--") ? word.substr(0, word.find('=')) : word.substr(0, 2);
 }
 
+class PlainHelp : public CLI::Formatter
+{
+public:
+    std::string make_option_opts(const CLI::Option* option) const override
+    {
+        std::string text = CLI::Formatter::make_option_opts(option);
+        if (const auto open = text.find(" in ["); open != std::string::npos) // " UINT:UINT in [0 - 12]=0"
+        {
+            const auto dash = text.find(" - ", open);
+            const auto close = text.find(']', open);
+            return " " + text.substr(open + 5, dash - open - 5) + ".." + text.substr(dash + 3, close - dash - 3) +
+                   text.substr(close + 1);
+        }
+        for (const auto& [theirs, ours] : {std::pair(" TEXT:{", " {"), std::pair(" TEXT:FILE", " FILE"),
+                                           std::pair(" TEXT:DIR", " FOLDER"), std::pair(" FLOAT:NONNEGATIVE", " 0..")})
+            if (text.starts_with(theirs))
+                text = ours + text.substr(std::string_view(theirs).size());
+        return text;
+    }
+};
+
 /// "cards or octahedral", "a number from 64 to 4096": what CLI11's text of the option's checks says; else "a value".
 std::string valueOf(const CLI::Option& option)
 {
@@ -150,6 +172,13 @@ void checkWords(const CLI::App& app, std::span<const char* const> words)
             open = option;
     }
     failIfOpen();
+}
+
+std::shared_ptr<CLI::FormatterBase> plainHelp()
+{
+    const auto help = std::make_shared<PlainHelp>();
+    help->column_width(34);
+    return help;
 }
 
 std::string helpFor(CLI::App& app, std::span<const char* const> words)

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <initializer_list>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -18,6 +19,9 @@ namespace espalier::tool {
 /// another option. CLI11 would tell of these too, but after what is missing, and without what was meant.
 /// `words`: the command line without the program's name.
 void checkWords(const CLI::App& app, std::span<const char* const> words);
+
+/// Help that says ranges and choices as people do: `--lod 0..12=0` for `UINT:UINT in [0 - 12]=0`.
+[[nodiscard]] std::shared_ptr<CLI::FormatterBase> plainHelp();
 
 /// `espalier help [VERB]`, where the words say so: the text, else nothing.
 [[nodiscard]] std::string helpFor(CLI::App& app, std::span<const char* const> words);
