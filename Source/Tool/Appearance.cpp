@@ -1,10 +1,13 @@
 #include "Look.h"
 
+#include <Espalier/Core/File.h>
 #include <Espalier/Core/Json.h>
 #include <Espalier/Species/AppearanceFile.h>
 #include <algorithm>
 #include <iostream>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <string_view>
 
 namespace espalier::tool {
 
@@ -12,8 +15,8 @@ Appearance loadLook(const std::string& path)
 {
     if (std::filesystem::path(path).extension() == ".appearance")
         return orFail(loadAppearance(path));
-    if (kindOf(path) != InputKind::Species)
-        failUsage(path + ": expected a look from an .appearance or a .species file");
+    if (std::filesystem::path(path).extension() != ".species")
+        failEnding(path, ".appearance or .species");
     return loadSpeciesFile(path).appearance;
 }
 
@@ -23,27 +26,62 @@ void dress(Appearance& appearance, Appearance look)
     appearance = std::move(look);
 }
 
+std::string summaryOf(const Appearance& appearance)
+{
+    std::string text =
+        counted(appearance.leaves.size(), "kind") + " of leaves, " + counted(appearance.seasons.size(), "season");
+    for (std::size_t i = 0; i < appearance.seasons.size(); ++i)
+        text += (i == 0 ? " (" : ", ") + appearance.seasons[i].name;
+    return text + (appearance.seasons.empty() ? "" : ")");
+}
+
 void LookOptions::addTo(CLI::App& verb)
 {
     verb.add_option("--appearance", file, "A.appearance or S.species: look like this instead")
         ->check(CLI::ExistingFile);
-    verb.add_option("--season", season, "One of the seasons that the appearance names, such as autumn");
+    verb.add_option("--season", season,
+                    "One of the seasons that the appearance names, such as autumn; summer: the plain look, which is "
+                    "the default");
     verb.add_flag("--no-leaves", bare, "Wood alone");
 }
 
-void LookOptions::applyTo(Appearance& appearance) const
+namespace {
+
+/// Letters of ASCII alone: names may be in any language, but must be typed alike there.
+bool isSameName(std::string_view a, std::string_view b)
+{
+    const auto lower = [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; };
+    return std::ranges::equal(a, b, {}, lower, lower);
+}
+
+/// The name of the season as the appearance writes it; empty: the plain look.
+std::string seasonOf(const Appearance& appearance, const std::string& given, const std::string& source)
+{
+    for (const Season& one : appearance.seasons)
+        if (one.name == given)
+            return given;
+    for (const Season& one : appearance.seasons)
+        if (isSameName(one.name, given))
+            return one.name;
+    constexpr std::string_view kPlain = "summer";
+    if (isSameName(given, kPlain))
+        return {};
+    if (appearance.seasons.empty())
+        failUsage("--season " + given + ": " + source + " has no seasons; expected no --season");
+    std::string known = std::string(kPlain) + " (the plain look)";
+    for (const Season& one : appearance.seasons)
+        known += (&one == &appearance.seasons.back() ? " or " : ", ") + one.name;
+    failUsage("--season " + given + ": " + source + " has no such season; expected " + known);
+}
+
+} // namespace
+
+void LookOptions::applyTo(Appearance& appearance, const std::string& input) const
 {
     if (!file.empty())
         dress(appearance, loadLook(file));
-    if (!season.empty() && std::ranges::find(appearance.seasons, season, &Season::name) == appearance.seasons.end())
-    {
-        std::string known;
-        for (const Season& one : appearance.seasons)
-            known += (known.empty() ? "" : ", ") + one.name;
-        failUsage("--season " + season + ": expected " +
-                  (known.empty() ? "none, for this appearance has no seasons" : "one of " + known));
-    }
-    appearance = inSeason(appearance, season);
+    if (!season.empty())
+        appearance = inSeason(appearance, seasonOf(appearance, season, source(input)));
     if (bare)
         appearance.leaves.clear();
 }
@@ -56,13 +94,26 @@ struct AppearanceCommand
     std::string given;
 };
 
-std::string summary(const Appearance& appearance)
+/// What an .appearance file leaves out and a look has: "bark.relief, seasons". Files are the whole look, so it is lost.
+std::string leftOut(const std::string& path, const Appearance& look)
 {
-    std::string text =
-        counted(appearance.leaves.size(), "kind") + " of leaves, " + counted(appearance.seasons.size(), "season");
-    for (std::size_t i = 0; i < appearance.seasons.size(); ++i)
-        text += (i == 0 ? " (" : ", ") + appearance.seasons[i].name;
-    return text + (appearance.seasons.empty() ? "" : ")");
+    using Json = nlohmann::json;
+    // Both were read, or printed, by the library: their depth is known to be small.
+    const Json given = Json::parse(orFail(readTextFile(path, Limits{}.fileBytes)), nullptr, false);
+    const Json present = Json::parse(printAppearance(look));
+    const Json become = Json::parse(printAppearance(orFail(loadAppearance(path))));
+    std::string names;
+    const auto compare = [&](const std::string& prefix, const Json& before, const Json& file, const Json& after) {
+        for (const auto& [key, value] : before.items())
+            if (file.is_object() && !file.contains(key) && (!after.contains(key) || after[key] != value))
+                names += (names.empty() ? "" : ", ") + prefix + key;
+    };
+    compare("", present, given, become);
+    for (const char* section : {"bark", "wind"})
+        if (present.contains(section) && given.contains(section))
+            compare(std::string(section) + ".", present[section], given[section],
+                    become.value(section, Json::object()));
+    return names;
 }
 
 void appearance(const AppearanceCommand& command)
@@ -73,9 +124,15 @@ void appearance(const AppearanceCommand& command)
         std::cout << printAppearance(species.appearance);
         return;
     }
+    const Appearance former = species.appearance;
     dress(species.appearance, loadLook(command.given));
     orFail(saveSpecies(command.species, species, authoringLimits()));
-    std::cout << command.species << ": " << summary(species.appearance) << '\n';
+    if (std::filesystem::path(command.given).extension() == ".appearance")
+        if (const std::string names = leftOut(command.given, former); !names.empty())
+            std::cerr << command.given << ": a look is set as a whole: " << command.species << " has lost " << names
+                      << ", which the file leaves out; to change a part, edit what `espalier appearance "
+                      << command.species << "` prints, and set that\n";
+    std::cout << command.species << ": " << summaryOf(species.appearance) << '\n';
 }
 
 } // namespace
@@ -87,8 +144,8 @@ void addAppearance(CLI::App& app)
         "appearance", "Print what a species looks like - bark, leaves, seasons, wind - or give it another look");
     verb->add_option("species", command->species, "S.species")->required();
     verb->add_option("--set", command->given,
-                     "A.appearance, or another species: puts its look into the species, in place. Its rules and the "
-                     "thickness of its wood stay")
+                     "A.appearance, or another species: puts its look into the species, in place, as a whole: what the "
+                     "file leaves out is as usual, not as before. Rules and the thickness of wood stay")
         ->check(CLI::ExistingFile);
     verb->callback([command] { appearance(*command); });
 }

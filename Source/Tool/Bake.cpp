@@ -1,6 +1,7 @@
 #include "Bake.h"
 
 #include "Input.h"
+#include "Usage.h"
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
@@ -25,6 +26,9 @@ const std::map<std::string, std::optional<WindPreset>> kWinds{{"none", std::null
 
 const std::map<std::string, std::optional<ImpostorKind>> kImpostors{
     {"none", std::nullopt}, {"cards", ImpostorKind::Cards}, {"octahedral", ImpostorKind::Octahedral}};
+
+// Of a camera with kUsualLines over kUsualDegrees of height: 1080 / (2 tan 30 degrees).
+constexpr double kPixelsAtOneMetre = 935.3074;
 
 /// oak-7.glb of level 2: oak-7-lod2.glb.
 std::filesystem::path levelPath(const std::filesystem::path& path, std::uint32_t lod, bool isRange)
@@ -51,6 +55,13 @@ std::vector<EncodedImages> encode(const AppearanceTextures& textures)
     for (const MaterialTextures& leaf : textures.leaves)
         images.push_back(encode(leaf));
     return images;
+}
+
+/// Where a level or an impostor takes over: what a pixel shows there, and how far away that is at a usual camera.
+void addTakeover(float error, nlohmann::ordered_json& facts)
+{
+    facts["error"] = error;
+    facts["distance"] = kPixelsAtOneMetre * static_cast<double>(error);
 }
 
 nlohmann::ordered_json toJson(const Vec3& v)
@@ -84,9 +95,10 @@ void BakeChoices::addTo(CLI::App& verb)
             keys.push_back(entry.first);
         return keys;
     };
-    verb.add_option("--lod", levels,
-                    "Level of detail: 0 the full plant, N 1 / 2^N of its triangles; or a range A..B, a file for each "
-                    "(out-lod0.glb ...)")
+    verb.add_option(
+            "--lod", levels,
+            "Level of detail: 0 the full plant, N, at most 12, 1 / 2^N of its triangles; or a range A..B, a file "
+            "for each (out-lod0.glb ...)")
         ->capture_default_str();
     verb.add_flag("--together", together, "All levels of a range in one file, as MSFT_lod: for engines that know it");
     verb.add_option("--profile", profile,
@@ -111,7 +123,7 @@ void BakeChoices::addTo(CLI::App& verb)
                     "colours; bones: a skin")
         ->check(CLI::IsMember(names(kWinds)))
         ->capture_default_str();
-    verb.add_option("--joints", joints, "Of --wind bones, at most")
+    verb.add_option("--joints", joints, "Joints of --wind bones, at most")
         ->check(CLI::Range(1u, 65535u))
         ->capture_default_str();
     verb.add_flag("--differences", differences,
@@ -123,17 +135,27 @@ void BakeChoices::addTo(CLI::App& verb)
                     "(Source/Espalier/Mesh/IMPOSTOR.md)")
         ->check(CLI::IsMember(names(kImpostors)))
         ->capture_default_str();
-    verb.add_option("--atlas", atlas, "Texels along each side of the impostor's pictures (1024)")
-        ->check(CLI::Range(64u, 4096u));
+    verb.add_option("--atlas", atlas, "Texels along each side of the impostor's pictures")
+        ->check(CLI::Range(64u, 4096u))
+        ->capture_default_str();
+    verb.add_option("--frames", frames,
+                    "Pictures along each side of an octahedral impostor's atlas: more turn with less of a jump, and "
+                    "have fewer texels each")
+        ->check(CLI::Range(kMinImpostorSide, kMaxImpostorSide))
+        ->capture_default_str();
     verb.add_flag("--collision", collision,
                   "Write collision shapes of each plant too, out.collision.json: capsules, convex hull of the crown, "
                   "coarse mesh");
 }
 
-bool BakeChoices::writesSeveral() const
+void BakeChoices::check(const CLI::App& verb, bool hasLeaves) const
 {
     const auto [first, last] = parseLevels(levels);
-    return (first != last && !together) || collision || impostor != "none";
+    checkNeeds(verb, {{"--together", first != last, "a range of levels, such as --lod 0..4"},
+                      {"--translucent", hasLeaves, "leaves; expected no --no-leaves"},
+                      {"--joints", wind == "bones", "--wind bones"},
+                      {"--atlas", impostor != "none", "--impostor cards or octahedral"},
+                      {"--frames", impostor == "octahedral", "--impostor octahedral"}});
 }
 
 PlantBaker::PlantBaker(const BakeChoices& choices, const Appearance& appearance, std::string path)
@@ -153,16 +175,24 @@ MeshSettings PlantBaker::meshSettings() const
     return settings;
 }
 
-bool PlantBaker::makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level)
+/// All levels of a plant; none if there was nothing to draw.
+std::vector<PlantBaker::Level> PlantBaker::makeLevels(const Skeleton& skeleton, std::uint32_t first, std::uint32_t last,
+                                                      const std::string& label)
 {
-    const DetailLevel detail =
-        meshDetailLevel(skeleton, appearance_, lod, meshSettings(), Limits{}, scratch_, level.mesh);
-    level.error = detail.error;
-    if (!isMeshedOrFail(detail.result, label, path_))
-        return false;
-    if (preset_)
-        addWind(skeleton, level);
-    return true;
+    std::vector<TreeMesh> meshes(last - first + 1);
+    std::vector<DetailLevel> details(meshes.size());
+    meshDetailLevels(skeleton, appearance_, first, meshSettings(), Limits{}, scratch_, meshes, details);
+    std::vector<Level> levels(meshes.size());
+    for (std::size_t i = 0; i < levels.size(); ++i)
+    {
+        if (!isMeshedOrFail(details[i].result, label, path_))
+            return {};
+        levels[i].mesh = std::move(meshes[i]);
+        levels[i].error = details[i].error;
+        if (preset_)
+            addWind(skeleton, levels[i]);
+    }
+    return levels;
 }
 
 void PlantBaker::addWind(const Skeleton& skeleton, Level& level)
@@ -176,10 +206,10 @@ void PlantBaker::addWind(const Skeleton& skeleton, Level& level)
         fillWindChannels(*preset_, vertices, level.wind);
 }
 
-void PlantBaker::addDifferences(const Level& level, nlohmann::ordered_json& facts)
+void PlantBaker::addDifferences(const TreeMesh& full, const Level& level, nlohmann::ordered_json& facts)
 {
     const SilhouetteDifference difference =
-        compareSilhouettes(full_, level.mesh, appearance_.leaves, level.error, silhouettes_);
+        compareSilhouettes(full, level.mesh, appearance_.leaves, level.error, silhouettes_);
     facts["coverage"] = difference.coverage;
     facts["outline"] = difference.outline;
 }
@@ -188,49 +218,37 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
                                          const std::filesystem::path& output)
 {
     const auto [first, last] = parseLevels(choices_.levels);
-    const bool isRange = first != last;
-    const bool isObj = output.extension() == ".obj";
     const std::optional<ImpostorKind> impostor = kImpostors.at(choices_.impostor);
-    if (choices_.differences || impostor)
+    const std::vector<Level> levels = makeLevels(skeleton, first, last, label);
+    if (levels.empty())
+        return {};
+    const TreeMesh* full = &levels[0].mesh;
+    if (first > 0 && (choices_.differences || impostor))
     {
-        full_.clear();
-        MeshSettings settings = meshSettings();
-        settings.sources = false;
-        (void)isMeshedOrFail(meshDetailLevel(skeleton, appearance_, 0, settings, Limits{}, scratch_, full_).result,
-                             label, path_);
+        (void)isMeshedOrFail(
+            meshDetailLevel(skeleton, appearance_, 0, meshSettings(), Limits{}, scratch_, full_).result, label, path_);
+        full = &full_;
     }
     if (preset_)
         info.wind = windResponse(skeleton, appearance_.wind);
-    std::vector<Level> levels;
-    float coarsest = 0;
     nlohmann::ordered_json made = nlohmann::ordered_json::array();
     for (std::uint32_t lod = first; lod <= last; ++lod)
     {
-        Level level;
-        if (!makeLevel(skeleton, lod, label, level))
-            return {};
-        const std::filesystem::path path = levelPath(output, lod, isRange && !choices_.together);
+        const Level& level = levels[lod - first];
+        const std::filesystem::path path = levelPath(output, lod, first != last && !choices_.together);
         nlohmann::ordered_json facts{{"file", path.string()},
                                      {"segments", skeleton.size()},
                                      {"vertices", level.mesh.positions.size()},
                                      {"triangles", level.mesh.indices.size() / 3}};
         if (lod > 0)
-            facts["error"] = level.error;
+            addTakeover(level.error, facts);
         if (choices_.differences)
-            addDifferences(level, facts);
+            addDifferences(*full, level, facts);
+        if (output.extension() == ".obj")
+            facts["with"] = writeLevelObj(level, info, path, output);
+        else if (!choices_.together)
+            writeGlbOf({&level, 1}, lod, info, path);
         made.push_back(std::move(facts));
-        levels.push_back(std::move(level));
-        coarsest = levels.back().error;
-        if (choices_.together)
-            continue;
-        if (isObj)
-        {
-            writeTextures(output);
-            orFail(writeObj(path, levels.back().mesh, appearance_, info, imageFiles_));
-        }
-        else
-            writeGlbOf(levels, lod, info, path);
-        levels.clear();
     }
     if (choices_.together)
     {
@@ -246,7 +264,7 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
         made = nlohmann::ordered_json::array({std::move(file)});
     }
     if (impostor)
-        made.push_back(writeImpostor(*impostor, coarsest, info, label, output));
+        made.push_back(writeImpostor(*impostor, *full, levels.back().error, info, label, output));
     if (choices_.collision)
         made.push_back(
             writeCollision(skeleton, label, std::filesystem::path(output).replace_extension(".collision.json")));
@@ -256,25 +274,26 @@ nlohmann::ordered_json PlantBaker::write(const Skeleton& skeleton, BakeInfo info
 /// Pictures of the full plant, as cards in a GLB or as an atlas for a shader. Readers of MSFT_lod load coarse levels
 /// first, and Babylon.js loses its way where the pictures of a coarse one come after a finer one: so cards have a file
 /// of their own whatever the levels have. `coarsest` is the error of the last of these.
-nlohmann::ordered_json PlantBaker::writeImpostor(ImpostorKind kind, float coarsest, const BakeInfo& info,
-                                                 const std::string& label, const std::filesystem::path& output)
+nlohmann::ordered_json PlantBaker::writeImpostor(ImpostorKind kind, const TreeMesh& full, float coarsest,
+                                                 const BakeInfo& info, const std::string& label,
+                                                 const std::filesystem::path& output)
 {
-    impostor_ = makeImpostor(full_, kind);
-    atlas_ = orFail(paintImpostor({&full_, &appearance_, label}, impostor_,
-                                  {.size = choices_.atlas.value_or(AtlasSettings{}.size)}, terminalProgress()));
+    impostor_ = makeImpostor(full, kind, choices_.frames);
+    atlas_ =
+        orFail(paintImpostor({&full, &appearance_, label}, impostor_, {.size = choices_.atlas}, terminalProgress()));
     const float error = std::max(impostorError(impostor_, atlas_.colour.width), coarsest);
     nlohmann::ordered_json facts = kind == ImpostorKind::Cards ? writeCards(error, info, impostorPath(output, ".glb"))
                                                                : writeFrames(error, label, output);
     facts["texels"] = atlas_.colour.width;
-    facts["error"] = error;
+    addTakeover(error, facts);
     if (choices_.differences)
-        addImpostorDifferences(facts);
+        addImpostorDifferences(full, facts);
     return facts;
 }
 
 /// What it covers and how bright it is beside the plant: the least and the most of the sides that it was fitted to and
 /// of those between.
-void PlantBaker::addImpostorDifferences(nlohmann::ordered_json& facts) const
+void PlantBaker::addImpostorDifferences(const TreeMesh& full, nlohmann::ordered_json& facts) const
 {
     constexpr float kBetween = static_cast<float>(math::kPi) / 16;
     std::array<float, 2> coverage{std::numeric_limits<float>::max(), 0};
@@ -284,7 +303,7 @@ void PlantBaker::addImpostorDifferences(nlohmann::ordered_json& facts) const
     };
     for (const float turn : {0.0f, kBetween})
         for (const ImpostorDifference& view :
-             orFail(compareImpostor({&full_, &appearance_, {}}, impostor_, atlas_, turn)))
+             orFail(compareImpostor({&full, &appearance_, {}}, impostor_, atlas_, turn)))
         {
             widen(coverage, view.coverage);
             for (int c = 0; c < 3; ++c)
@@ -333,7 +352,9 @@ nlohmann::ordered_json PlantBaker::writeFrames(float error, const std::string& l
     orFail(writeFileAtomically(normal, encodePng(atlas_.normal)));
     orFail(writeFileAtomically(roughness, encodePng(atlas_.roughness)));
     orFail(writeFileAtomically(path, document.dump(1) + "\n"));
-    return {{"file", path.string()}, {"frames", impostor_.frames.size()}};
+    return {{"file", path.string()},
+            {"frames", impostor_.frames.size()},
+            {"with", {colour.string(), normal.string(), roughness.string()}}};
 }
 
 void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
@@ -368,13 +389,27 @@ void PlantBaker::writeTextures(const std::filesystem::path& obj)
     std::ranges::replace(stem, ' ', '_'); // many readers split names at blanks
     for (std::size_t i = 0; i < images_.size(); ++i)
     {
-        const std::string material = stem + (i == 0 ? std::string("-bark-") : "-leaf" + std::to_string(i) + "-");
+        // Numbered like the materials and as everywhere else: leaves 0 are the first kind.
+        const std::string material = stem + (i == 0 ? std::string("-bark-") : "-leaves" + std::to_string(i - 1) + "-");
         imageFiles_.push_back({material + "colour.png", material + "normal.png", material + "roughness.png"});
         const MaterialImages& names = imageFiles_.back();
         orFail(writeFileAtomically(obj.parent_path() / names.colour, images_[i].colour));
         orFail(writeFileAtomically(obj.parent_path() / names.normal, images_[i].normal));
         orFail(writeFileAtomically(obj.parent_path() / names.roughness, images_[i].roughness));
     }
+}
+
+/// The files that the OBJ refers to. Its pictures are named after `output`.
+nlohmann::ordered_json PlantBaker::writeLevelObj(const Level& level, const BakeInfo& info,
+                                                 const std::filesystem::path& path, const std::filesystem::path& output)
+{
+    writeTextures(output);
+    orFail(writeObj(path, level.mesh, appearance_, info, imageFiles_));
+    nlohmann::ordered_json with{materialsPath(path).string()};
+    for (const MaterialImages& names : imageFiles_)
+        for (const std::string* name : {&names.colour, &names.normal, &names.roughness})
+            with.push_back((output.parent_path() / *name).string());
+    return with;
 }
 
 nlohmann::ordered_json PlantBaker::writeCollision(const Skeleton& skeleton, const std::string& label,

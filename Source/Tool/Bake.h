@@ -34,11 +34,12 @@ struct BakeChoices
     bool collision = false;
     bool differences = false; ///< Tell how levels look beside the full plant.
     std::string impostor = "none";
-    std::optional<std::uint32_t> atlas; ///< Texels of the impostor's.
+    std::uint32_t atlas = 1024; ///< Texels along each side of the impostor's.
+    std::uint32_t frames = 8;   ///< Along each side of the atlas of an octahedral one.
 
     void addTo(CLI::App& verb);
-    /// Whether a plant becomes several files.
-    [[nodiscard]] bool writesSeveral() const;
+    /// Fails for an option that was given and would have no effect.
+    void check(const CLI::App& verb, bool hasLeaves) const;
 };
 
 /// First and last of the levels of detail that `--lod` names.
@@ -51,8 +52,9 @@ public:
     /// The texture images are made here, once. `path`, the file of the species, is named in errors.
     PlantBaker(const BakeChoices& choices, const Appearance& appearance, std::string path);
 
-    /// Writes all levels of a plant, and what else was chosen, to files named after `output`; says what came out. The
-    /// result is empty if there was nothing to draw.
+    /// Writes all levels of a plant, and what else was chosen, to files named after `output`; says what came out, an
+    /// entry a file. "with" names the files that it refers to, written beside it. The result is empty if there was
+    /// nothing to draw.
     nlohmann::ordered_json write(const Skeleton& skeleton, BakeInfo info, const std::string& label,
                                  const std::filesystem::path& output);
 
@@ -66,18 +68,21 @@ private:
         WindSkin skin;
     };
     [[nodiscard]] MeshSettings meshSettings() const;
-    bool makeLevel(const Skeleton& skeleton, std::uint32_t lod, const std::string& label, Level& level);
+    [[nodiscard]] std::vector<Level> makeLevels(const Skeleton& skeleton, std::uint32_t first, std::uint32_t last,
+                                                const std::string& label);
     void addWind(const Skeleton& skeleton, Level& level);
-    void addDifferences(const Level& level, nlohmann::ordered_json& facts);
-    void addImpostorDifferences(nlohmann::ordered_json& facts) const;
-    nlohmann::ordered_json writeImpostor(ImpostorKind kind, float coarsest, const BakeInfo& info,
+    void addDifferences(const TreeMesh& full, const Level& level, nlohmann::ordered_json& facts);
+    void addImpostorDifferences(const TreeMesh& full, nlohmann::ordered_json& facts) const;
+    nlohmann::ordered_json writeImpostor(ImpostorKind kind, const TreeMesh& full, float coarsest, const BakeInfo& info,
                                          const std::string& label, const std::filesystem::path& output);
     nlohmann::ordered_json writeCards(float error, BakeInfo info, const std::filesystem::path& path) const;
     nlohmann::ordered_json writeFrames(float error, const std::string& label,
                                        const std::filesystem::path& output) const;
     void writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
                     const std::filesystem::path& path) const;
-    void writeTextures(const std::filesystem::path& folder);
+    void writeTextures(const std::filesystem::path& obj);
+    nlohmann::ordered_json writeLevelObj(const Level& level, const BakeInfo& info, const std::filesystem::path& path,
+                                         const std::filesystem::path& output);
     nlohmann::ordered_json writeCollision(const Skeleton& skeleton, const std::string& label,
                                           const std::filesystem::path& path);
 
@@ -88,7 +93,8 @@ private:
     std::vector<EncodedImages> images_;
     std::vector<MaterialImages> imageFiles_; ///< Of OBJ: written with the first plant, and used by all.
     DetailScratch scratch_;
-    TreeMesh full_; ///< The plant at level 0, where something is compared with it or painted from it.
+    TreeMesh
+        full_; ///< The plant at level 0, where something is compared with it or painted from it and no file has it.
     Impostor impostor_;
     MaterialTextures atlas_; ///< Of the impostor.
     SilhouetteScratch silhouettes_;

@@ -56,7 +56,28 @@ SeedRange parseSeeds(const std::string& text)
     return range;
 }
 
-InputKind kindOf(const std::filesystem::path& path)
+void failEnding(const std::filesystem::path& path, std::string_view endings)
+{
+    std::string message = path.string() + ": expected a file that ends in " + std::string(endings);
+    std::error_code ignored;
+    if (path.extension() == ".appearance" && endings.find(".appearance") == std::string_view::npos)
+        failUsage(message + "; this is a look, which `espalier appearance S.species --set " + path.string() +
+                  "` puts into a species");
+    // A name alone: perhaps that of a file beside it, or of one that ships.
+    for (const char* folder : {"", "Content"})
+        for (const char* ending : {".species", ".archetype", ".lsys", ".appearance"})
+            if (const std::filesystem::path meant = folder / std::filesystem::path(path.string() + ending);
+                endings.find(ending) != std::string_view::npos && std::filesystem::exists(meant, ignored))
+                failUsage(message + "; did you mean " + meant.string() + "?");
+    for (const char* folder : {"", "Content"})
+        if (const std::filesystem::path drawn = folder / std::filesystem::path(path.string() + ".archetype");
+            endings.find(".species") != std::string_view::npos && std::filesystem::exists(drawn, ignored))
+            failUsage(message + "; `espalier infer " + drawn.string() + " -o " + path.filename().string() +
+                      ".species` makes one");
+    failUsage(message);
+}
+
+InputKind kindOf(const std::filesystem::path& path, std::string_view endings)
 {
     if (path.extension() == ".archetype")
         return InputKind::Archetype;
@@ -64,7 +85,7 @@ InputKind kindOf(const std::filesystem::path& path)
         return InputKind::Species;
     if (path.extension() == ".lsys")
         return InputKind::Grammar;
-    failUsage(path.string() + ": expected a file that ends in .archetype, .species or .lsys");
+    failEnding(path, endings);
 }
 
 std::pair<std::uint32_t, std::uint32_t> parseRange(const std::string& option, const std::string& text,
@@ -87,7 +108,9 @@ std::pair<std::uint32_t, std::uint32_t> parseRange(const std::string& option, co
 void TemplateFolders::addTo(CLI::App& verb)
 {
     verb.add_option("--templates", folders,
-                    "Folders in which template libraries are looked up, after the archetype's own")
+                    "Folders in which template libraries are looked up, after the archetype's own; default: the "
+                    "shipped Templates/ alone")
+        ->check(CLI::ExistingDirectory)
         ->expected(1)
         ->take_all();
 }
@@ -108,15 +131,18 @@ Archetype TemplateFolders::load(const std::filesystem::path& path) const
 
 Species loadSpeciesFile(const std::filesystem::path& path)
 {
+    if (path.extension() == ".archetype")
+        failUsage(path.string() + ": expected a .species file; `espalier infer " + path.string() + " -o " +
+                  path.stem().string() + ".species` makes one");
     if (path.extension() != ".species")
-        failUsage(path.string() + ": expected a .species file; `espalier infer` makes one from an archetype");
+        failEnding(path, ".species");
     return orFail(loadSpecies(path, authoringLimits()));
 }
 
 Grammar loadGrammarFile(const std::filesystem::path& path)
 {
     if (path.extension() != ".lsys")
-        failUsage(path.string() + ": expected a grammar in a file that ends in .lsys");
+        failEnding(path, ".lsys");
     const Limits limits;
     return orFail(parseGrammar(orFail(readTextFile(path, limits.fileBytes)), path.string(), limits));
 }

@@ -10,6 +10,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -52,7 +53,12 @@ enum class InputKind : std::uint8_t
     Grammar, ///< .lsys
 };
 
-[[nodiscard]] InputKind kindOf(const std::filesystem::path& path);
+/// Any other ending fails: "Birch: expected a file that ends in ENDINGS", and what was perhaps meant.
+[[nodiscard]] InputKind kindOf(const std::filesystem::path& path,
+                               std::string_view endings = ".archetype, .species or .lsys");
+
+/// Fails as kindOf does.
+[[noreturn]] void failEnding(const std::filesystem::path& path, std::string_view endings);
 
 /// The value, or the Failure that tells of its error in the file of a grammar, or in that of a species, whose grammar's
 /// line it names.

@@ -1,4 +1,5 @@
 #include "Command.h"
+#include "Usage.h"
 
 #include <Espalier/Core/File.h>
 #include <Espalier/Core/Json.h>
@@ -61,10 +62,11 @@ std::string summary(const Species& species)
     return text;
 }
 
-void grammar(const GrammarOptions& options)
+void grammar(const GrammarOptions& options, const CLI::App& verb)
 {
     Species species = loadSpeciesFile(options.species);
     const bool changes = !options.edited.empty() || !options.lock.empty() || !options.unlock.empty() || options.dismiss;
+    checkNeeds(verb, {{"--plain", !changes, "the grammar to be printed; expected no change of it"}});
     if (!changes)
     {
         std::cout << (options.plain ? printGrammar(species.grammar) : printWithOrigins(species));
@@ -104,7 +106,7 @@ void addGrammar(CLI::App& app)
     verb->add_option("--unlock", options->unlock, "Likewise: rules to infer again");
     verb->add_flag("--dismiss", options->dismiss, "Forget the conflicts of edits that could not be carried over");
     verb->add_flag("--plain", options->plain, "Print it without comments");
-    verb->callback([options] { grammar(*options); });
+    verb->callback([options, verb] { grammar(*options, *verb); });
 }
 
 } // namespace espalier::tool

@@ -1,5 +1,6 @@
 #include "Bake.h"
 #include "Input.h"
+#include "Usage.h"
 
 #include <Espalier/Bake/Swc.h>
 #include <cmath>
@@ -24,8 +25,8 @@ struct GrowCommand
     bool json = false;
 };
 
-/// Whether the output is skeletons, not meshes.
-bool wantsSkeletons(const GrowCommand& command)
+/// Whether the output is skeletons, not meshes. Fails for options that it knows nothing of.
+bool wantsSkeletons(const GrowCommand& command, const CLI::App& verb)
 {
     const std::filesystem::path ending = std::filesystem::path(command.output).extension();
     if (command.skeleton && ending != ".swc")
@@ -33,21 +34,19 @@ bool wantsSkeletons(const GrowCommand& command)
     if (ending != ".swc" && ending != ".glb" && ending != ".obj")
         failUsage("grow: " + command.output +
                   ": expected an output that ends in .glb or .obj, or .swc for the skeleton");
-    const BakeChoices& bake = command.bake;
-    const bool isPlain = !bake.together && !bake.translucent && bake.profile == "portable" && bake.wind == "none" &&
-                         bake.impostor == "none";
-    if (ending == ".obj" && !isPlain)
-        failUsage("grow: " + command.output +
-                  ": OBJ knows no --together, --translucent, --profile, --impostor or --wind; expected an output that "
-                  "ends in .glb");
-    if (ending == ".swc" && (!isPlain || bake.collision || bake.levels != "0"))
-        failUsage("grow: " + command.output +
-                  ": a skeleton has no levels, impostor, wind data or shapes; expected an output that "
-                  "ends in .glb");
-    if (bake.atlas && bake.impostor == "none")
-        failUsage("grow: --atlas is that of an impostor; expected --impostor cards or octahedral");
-    if (const auto [first, last] = parseLevels(bake.levels); bake.together && first == last)
-        failUsage("grow: --together puts several levels into one file; expected a range, such as --lod 0..4");
+    if (const std::string option =
+            firstGiven(verb, {"--lod", "--together", "--profile", "--textures", "--translucent", "--branches", "--wind",
+                              "--joints", "--differences", "--impostor", "--atlas", "--frames", "--collision",
+                              "--appearance", "--season", "--no-leaves"});
+        ending == ".swc" && !option.empty())
+        failUsage("grow: a skeleton knows no " + option + "; expected " +
+                  (command.skeleton ? "either that or --skeleton" : "none, or an output that ends in .glb or .obj"));
+    if (const std::string option = firstGiven(verb, {"--together", "--profile", "--translucent", "--wind", "--joints",
+                                                     "--impostor", "--atlas", "--frames"});
+        ending == ".obj" && !option.empty())
+        failUsage("grow: OBJ knows no " + option + "; expected none, or an output that ends in .glb");
+    command.bake.check(verb, !command.look.bare);
+    checkNeeds(verb, {{"--season", !command.look.bare, "leaves; expected no --no-leaves"}});
     return ending == ".swc";
 }
 
@@ -55,12 +54,12 @@ bool wantsSkeletons(const GrowCommand& command)
 class PlantWriter
 {
 public:
-    PlantWriter(const GrowCommand& command, const SeedRange& range)
-        : command_(command), range_(range), writesSkeletons_(wantsSkeletons(command)),
+    PlantWriter(const GrowCommand& command, const CLI::App& verb, const SeedRange& range)
+        : command_(command), range_(range), writesSkeletons_(wantsSkeletons(command, verb)),
           grower_(command.species, command.iterations, range.exemplar, command.attempt),
           appearance_(grower_.species().appearance), info_{grower_.species().name, 0, {}}
     {
-        command_.look.applyTo(appearance_);
+        command_.look.applyTo(appearance_, command.species);
         if (!writesSkeletons_)
         {
             // What is baked is the species with this look: its identity must be another one.
@@ -72,16 +71,20 @@ public:
             baker_.emplace(command.bake, appearance_, command.species);
     }
 
-    /// What was written, a file an entry: what it holds, and the attempt.
+    /// The plant: its seed, the attempt, and "files", an entry each with what it holds.
     nlohmann::ordered_json write(Seed seed, const std::filesystem::path& path)
     {
         grower_.grow(seed, skeleton_);
         const std::string label = range_.exemplar ? "exemplar" : "seed " + std::to_string(seed.value);
-        nlohmann::ordered_json files = writesSkeletons_ ? writeSkeleton(label, path) : writeMesh(seed, label, path);
+        nlohmann::ordered_json plant;
+        if (range_.exemplar)
+            plant["seed"] = "exemplar";
+        else
+            plant["seed"] = seed.value;
         if (grower_.attempt())
-            for (nlohmann::ordered_json& file : files)
-                file["attempt"] = *grower_.attempt();
-        return files;
+            plant["attempt"] = *grower_.attempt();
+        plant["files"] = writesSkeletons_ ? writeSkeleton(label, path) : writeMesh(seed, label, path);
+        return plant;
     }
 
 private:
@@ -126,18 +129,18 @@ void printRange(const char* what, const nlohmann::ordered_json& range)
     std::cout << what << percent(0) << " to " << percent(1) << " %";
 }
 
-void printFile(const nlohmann::ordered_json& file)
+void printFile(const nlohmann::ordered_json& file, const nlohmann::ordered_json& plant)
 {
     std::cout << file["file"].get<std::string>();
     for (const char* separator = ": "; const auto& [what, value] : file.items())
     {
-        if (what == "file")
+        if (what == "file" || what == "with")
             continue;
         std::cout << std::exchange(separator, ", ");
         if (what == "error")
             std::cout << "for pixels of " << std::round(1e4 * value.get<double>()) / 10 << " mm";
-        else if (what == "attempt")
-            std::cout << "attempt " << value;
+        else if (what == "distance")
+            std::cout << "from " << std::round(10 * value.get<double>()) / 10 << " m on (1080 lines, 60 degrees)";
         else if (what == "levels")
         {
             std::cout << value.size() << " levels of";
@@ -164,39 +167,37 @@ void printFile(const nlohmann::ordered_json& file)
         else
             std::cout << value << ' ' << what;
     }
+    if (plant.contains("attempt"))
+        std::cout << ", attempt " << plant["attempt"];
     std::cout << '\n';
+    if (file.contains("with"))
+    {
+        std::cout << "  with";
+        for (const char* separator = " "; const auto& name : file["with"])
+            std::cout << std::exchange(separator, ", ") << name.get<std::string>();
+        std::cout << '\n';
+    }
 }
 
-void growPlants(const GrowCommand& command)
+void growPlants(const GrowCommand& command, const CLI::App& verb)
 {
     const SeedRange range = parseSeeds(command.seeds);
-    PlantWriter writer(command, range);
+    PlantWriter writer(command, verb, range);
     const Progress progress = terminalProgress();
     nlohmann::ordered_json report = nlohmann::ordered_json::array();
     for (std::uint64_t i = 0; i < range.count(); ++i)
     {
         const Seed seed{range.first + i};
-        const std::filesystem::path path = numberedPath(command.output, seed.value, range.isRange);
-        const nlohmann::ordered_json files = writer.write(seed, path);
+        nlohmann::ordered_json plant = writer.write(seed, numberedPath(command.output, seed.value, range.isRange));
         progress("growing", static_cast<double>(i + 1) / static_cast<double>(range.count()));
-        for (const nlohmann::ordered_json& file : files)
-        {
-            if (!command.json)
-            {
-                printFile(file);
-                continue;
-            }
-            nlohmann::ordered_json entry;
-            if (range.exemplar)
-                entry["seed"] = "exemplar";
-            else
-                entry["seed"] = seed.value;
-            entry.update(file);
-            report.push_back(std::move(entry));
-        }
+        if (command.json)
+            report.push_back(std::move(plant));
+        else
+            for (const nlohmann::ordered_json& file : plant["files"])
+                printFile(file, plant);
     }
     if (command.json)
-        std::cout << (range.isRange || command.bake.writesSeveral() ? report : report[0]).dump(2) << '\n';
+        std::cout << (range.isRange ? report : report[0]).dump(2) << '\n';
 }
 
 } // namespace
@@ -218,8 +219,9 @@ void addGrow(CLI::App& app)
     addAttempt(*verb, command->attempt);
     command->bake.addTo(*verb);
     command->look.addTo(*verb);
-    verb->add_flag("--json", command->json, "One JSON document with the files, their sizes and the attempt");
-    verb->callback([command] { growPlants(*command); });
+    verb->add_flag("--json", command->json,
+                   "One JSON document with each plant's seed, attempt and files; an array for a range of seeds");
+    verb->callback([command, verb] { growPlants(*command, *verb); });
 }
 
 } // namespace espalier::tool

@@ -1,4 +1,5 @@
 #include "Look.h"
+#include "Usage.h"
 
 #include <Espalier/Core/Json.h>
 #include <Espalier/Inference/Inference.h>
@@ -164,6 +165,16 @@ std::string abridged(const std::string& rule)
     return shortened(rule) + end.substr(std::min(end.find_first_of(" [+-"), end.size()));
 }
 
+/// A species that is inferred again looks as it did: of another tree, this is perhaps not meant.
+void tellKeptLook(const Appearance& look, const std::string& path)
+{
+    Appearance plain;
+    plain.pipes = look.pipes;
+    if (look != plain)
+        std::cerr << path << ": keeps the look that it had, " << summaryOf(look)
+                  << "; --appearance gives it another, --fresh none\n";
+}
+
 /// Carries over what people did to the species as it was inferred before, and tells of it.
 void carry(const Species& former, Species& species, const std::string& path)
 {
@@ -187,8 +198,10 @@ void carry(const Species& former, Species& species, const std::string& path)
                   << " kept, " << counted(species.conflicts.size(), "conflict") << " to settle\n";
 }
 
-void infer(InferOptions options)
+void infer(InferOptions options, const CLI::App& verb)
 {
+    checkNeeds(verb, {{"--fresh", !options.output.empty(), "-o S.species"},
+                      {"--appearance", !options.output.empty(), "-o S.species"}});
     if (options.output.empty() && !options.trace && !options.explain)
         failUsage("infer: expected -o S.species, or --trace or --explain to see the grammar or the reasons only");
     if (options.explain && options.preset != "kin")
@@ -244,6 +257,8 @@ void infer(InferOptions options)
         carry(*former, species, options.output);
     if (!options.appearance.empty())
         dress(species.appearance, loadLook(options.appearance));
+    else if (former)
+        tellKeptLook(species.appearance, options.output);
     orFail(saveSpecies(options.output, species, authoringLimits()));
     if (!options.trace && !options.explain)
         std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances"
@@ -285,8 +300,10 @@ void addInfer(CLI::App& app)
             "default: 0.1")
         ->check(CLI::Range(0.0, 1.0));
     verb->add_option("--name", options->name, "Name of the species; default: the archetype's file name");
-    verb->add_option("--appearance", options->appearance,
-                     "A.appearance, or a species that it shall look like: bark, leaves, seasons, wind, colours")
+    verb->add_option(
+            "--appearance", options->appearance,
+            "A.appearance, or a species that it shall look like: bark, leaves, seasons, wind, colours; default: as "
+            "S.species looked before, else bare wood")
         ->check(CLI::ExistingFile);
     verb->add_option("--weights", options->weights,
                      "kin: how often each archetype counts, 1..1000, such as 3,1; default: all alike")
@@ -308,7 +325,7 @@ void addInfer(CLI::App& app)
                    "Print why: the classes that were tried, and what became one, with its gain in bits");
     verb->add_flag("--trace", options->trace, "Print the grammar after each pass");
     options->templates.addTo(*verb);
-    verb->callback([options] { infer(*options); });
+    verb->callback([options, verb] { infer(*options, *verb); });
 }
 
 } // namespace espalier::tool

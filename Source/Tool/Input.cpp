@@ -12,11 +12,12 @@ SeededGrower::SeededGrower(std::string path, std::optional<std::uint32_t> iterat
 {
     isExemplar_ = exemplar.has_value();
     options_.attempt = attempt;
+    const InputKind kind = kindOf(path_, ".species or .lsys");
     if (exemplar && attempt)
         failUsage("--seed exemplar: expected no --attempt, for the drawn tree is one");
-    if (attempt && kindOf(path_) != InputKind::Species)
+    if (attempt && kind != InputKind::Species)
         failUsage(path_ + ": expected no --attempt; only species choose among several");
-    if (kindOf(path_) == InputKind::Grammar)
+    if (kind == InputKind::Grammar)
     {
         if (exemplar)
             failUsage(path_ + ": a grammar holds no drawn tree; expected a seed");

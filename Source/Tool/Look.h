@@ -13,6 +13,9 @@ namespace espalier::tool {
 /// Gives an appearance everything of another but its pipes, which belong to the rules.
 void dress(Appearance& appearance, Appearance look);
 
+/// "1 kind of leaves, 3 seasons (spring, autumn, winter)".
+[[nodiscard]] std::string summaryOf(const Appearance& appearance);
+
 /// Options of verbs that show plants: how they are to look.
 struct LookOptions
 {
@@ -21,8 +24,11 @@ struct LookOptions
     bool bare = false;
 
     void addTo(CLI::App& verb);
-    /// Fails where the season is none of the appearance.
-    void applyTo(Appearance& appearance) const;
+    /// The file that the look is from, of a plant from `input`.
+    [[nodiscard]] const std::string& source(const std::string& input) const { return file.empty() ? input : file; }
+    /// `input` is the plant's file, which is named in errors unless another one gives the look. Fails where the season
+    /// is none of the appearance. Summer is the plain look, unless a season has that name.
+    void applyTo(Appearance& appearance, const std::string& input) const;
 };
 
 } // namespace espalier::tool

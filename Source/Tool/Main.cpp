@@ -1,7 +1,21 @@
 #include "Command.h"
+#include "Usage.h"
 
-#include <algorithm>
 #include <iostream>
+#include <span>
+
+namespace {
+
+/// "grow: --output is required; `espalier help grow` tells more".
+std::string failureMessage(const CLI::App* app, const CLI::Error& error)
+{
+    const auto verbs = app->get_subcommands();
+    const std::string verb = verbs.empty() ? "" : verbs.front()->get_name();
+    return (verb.empty() ? "espalier" : verb) + ": " + error.what() + "; `espalier help" +
+           (verb.empty() ? "" : " " + verb) + "` tells more\n";
+}
+
+} // namespace
 
 int main(int argc, char** argv)
 {
@@ -10,9 +24,11 @@ int main(int argc, char** argv)
                  "  espalier infer Content/Oak.archetype -o oak.species\n"
                  "  espalier grow oak.species --seed 1..8 -o oak.glb\n"
                  "  espalier render Content/Oak.archetype oak.species --seed 1..7 --sheet -o oak.png\n"
+                 "`espalier help VERB` tells what a verb does and what its options are.\n"
                  "Exit codes: 0 good, 1 something else, 2 wrong usage, 3 bad input."};
     app.name("espalier");
     app.require_subcommand(1);
+    app.failure_message(failureMessage);
     app.set_version_flag("--version", "espalier " ESPALIER_VERSION);
     addDerive(app);
     addCheck(app);
@@ -25,17 +41,20 @@ int main(int argc, char** argv)
     addMeasure(app);
     addOverlap(app);
     addRender(app);
+    const std::span<const char* const> words(argv + 1, static_cast<std::size_t>(argc > 0 ? argc - 1 : 0));
     try
     {
-        const auto verbs = app.get_subcommands([](CLI::App*) { return true; });
-        const auto isNamed = [&](const CLI::App* verb) { return verb->get_name() == argv[1]; };
-        if (argc > 1 && argv[1][0] != '-' && std::ranges::none_of(verbs, isNamed))
+        if (words.empty())
         {
-            std::string names;
-            for (const CLI::App* verb : verbs)
-                names += (names.empty() ? "" : verb == verbs.back() ? " or " : ", ") + verb->get_name();
-            failUsage("espalier: there is no verb " + std::string(argv[1]) + "; expected " + names);
+            std::cerr << app.help();
+            return kUsage;
         }
+        if (const std::string help = helpFor(app, words); !help.empty())
+        {
+            std::cout << help;
+            return kGood;
+        }
+        checkWords(app, words);
         app.parse(argc, argv);
     }
     catch (const CLI::ParseError& error)

@@ -1,5 +1,6 @@
 #include "Bake.h"
 #include "Input.h"
+#include "Usage.h"
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
@@ -83,7 +84,7 @@ public:
     void add(const PlantInput& input, const std::string& name, bool labelSteps)
     {
         Appearance given = input.appearance();
-        command_.look.applyTo(given);
+        command_.look.applyTo(given, input.path);
         if (command_.paper && command_.linePixels > 0)
             dipInInk(given);
         input.eachPlant([&](Plant& plant) {
@@ -96,7 +97,7 @@ public:
                 label = (name.empty() ? "" : name + ' ') + "n = " + std::to_string(*input.iterations);
             addLook(plant, input.path, label, given);
             if (command_.seasons && given.seasons.empty())
-                failUsage(input.path + ": its appearance has no seasons; expected no --seasons");
+                failUsage("render: " + command_.look.source(input.path) + " has no seasons; expected no --seasons");
             if (command_.seasons)
                 for (const Season& season : given.seasons)
                     addLook(plant, input.path, season.name, inSeason(given, season.name));
@@ -221,7 +222,7 @@ std::string nameOf(const std::string& path)
     return name;
 }
 
-void render(const RenderCommand& command)
+void render(const RenderCommand& command, const CLI::App& verb)
 {
     if (std::filesystem::path(command.output).extension() != ".png")
         failUsage("render: " + command.output + ": expected an output that ends in .png");
@@ -249,6 +250,8 @@ void render(const RenderCommand& command)
 
     if (!command.focus.empty())
     {
+        if (command.focus[3] <= 0)
+            failUsage("render: --focus needs a radius above 0, in metres: X,Y,Z,RADIUS");
         settings.focus = {command.focus[0], command.focus[1], command.focus[2]};
         settings.focusRadius = command.focus[3];
     }
@@ -258,12 +261,18 @@ void render(const RenderCommand& command)
         return std::ranges::count(command.inputs, kind, [](const std::string& path) { return kindOf(path); });
     };
     const bool needNames = kinds(InputKind::Archetype) > 1 || kinds(InputKind::Species) + kinds(InputKind::Grammar) > 1;
-    if (command.attempt && kinds(InputKind::Species) == 0)
-        failUsage("render: expected no --attempt; only species choose among several");
     const auto [firstLevel, lastLevel] = parseLevels(command.levels);
-    if ((command.seasons || command.gustFrames > 0 || firstLevel != lastLevel || command.impostor) && !command.sheet)
-        failUsage("render: --seasons, --gust, --impostor and a range of levels show a plant several times; expected "
-                  "--sheet");
+    const bool hasLeaves = !command.look.bare;
+    checkNeeds(verb,
+               {{"--attempt", kinds(InputKind::Species) > 0, "an S.species; nothing else chooses among several"},
+                {"--templates", kinds(InputKind::Archetype) > 0, "an A.archetype"},
+                {"--columns", command.sheet, "--sheet"},
+                {"--seasons", command.sheet, "--sheet"},
+                {"--gust", command.sheet, "--sheet"},
+                {"--impostor", command.sheet, "--sheet"},
+                {"--lod", command.sheet || firstLevel == lastLevel, "--sheet for a range of levels"},
+                {"--takeover", command.impostor || lastLevel > 0, "coarse levels, such as --lod 0..4, or --impostor"},
+                {"--season", hasLeaves, "leaves; expected no --no-leaves"}});
     if (command.seasons && (!command.look.season.empty() || command.look.bare))
         failUsage("render: --seasons shows all of them in leaf; expected neither --season nor --no-leaves");
     if (command.gustFrames > 0 && (command.impostor || command.takeover))
@@ -309,34 +318,36 @@ void addRender(CLI::App& app)
     verb->add_flag("--sheet", command->sheet, "A contact sheet: all trees at one scale, labelled");
     verb->add_option("--turntable", command->turntable, "A strip of N views from all sides")
         ->check(CLI::Range(2u, 64u));
-    verb->add_option("--columns", command->columns, "Of a contact sheet")
+    verb->add_option("--columns", command->columns, "Of a contact sheet, at most")
         ->check(CLI::Range(1u, 64u))
         ->capture_default_str();
-    verb->add_option("--width", command->width, "Pixels, of one view")->check(CLI::Range(16u, 8192u));
-    verb->add_option("--height", command->height, "Pixels, of one view")->check(CLI::Range(16u, 8192u));
+    verb->add_option("--width", command->width, "Pixels, of one view; default: 900, on a sheet or turntable 480")
+        ->check(CLI::Range(16u, 8192u));
+    verb->add_option("--height", command->height, "Pixels, of one view; default: 1000, on a sheet or turntable 560")
+        ->check(CLI::Range(16u, 8192u));
     verb->add_option("--samples", command->samples, "Rays a pixel: more is smoother and slower")
         ->check(CLI::Range(1u, 4096u))
         ->capture_default_str();
-    verb->add_option("--azimuth", command->azimuthDegrees, "Degrees round the tree at which the camera stands")
+    verb->add_option("--azimuth", command->azimuthDegrees,
+                     "Degrees round the tree at which the camera stands; default: 0, towards +Z")
         ->check(CLI::Range(-360.0, 360.0));
-    verb->add_option("--elevation", command->elevationDegrees, "Degrees above the horizon (-5; with --paper 0)")
+    verb->add_option("--elevation", command->elevationDegrees, "Degrees above the horizon; default: -5, with --paper 0")
         ->check(CLI::Range(-80.0, 80.0));
     verb->add_option(
             "--focus", command->focus,
             "A close-up: X,Y,Z,RADIUS in metres; the plant stands at the origin, Y is up, the camera at azimuth 0 "
-            "looks along -Z")
+            "looks along -Z; default: each plant as a whole")
         ->delimiter(',')
         ->expected(4);
     verb->add_flag("--paper", command->paper, "As a figure in a book: on blank paper, lit softly; with --lines in ink");
     verb->add_option("--lines", command->linePixels,
                      "As a line drawing, for curves that are no trees: sharp corners, lines of N pixels; where the "
-                     "plant sets widths, "
-                     "no thinner than that")
+                     "plant sets widths, no thinner than that; default: 0, a tree")
         ->check(CLI::Range(0.0, 100.0));
     verb->add_option(
             "--lod", command->levels,
-            "A level of detail, 0 the full plant, each further one half as many triangles; or a range, such as "
-            "0..4")
+            "A level of detail from 0, the full plant, to 12, each one half as many triangles; or a range on a "
+            "sheet, such as 0..4")
         ->capture_default_str();
     verb->add_flag("--impostor", command->impostor, "On a sheet: after its levels the cards that stand for the plant");
     verb->add_flag("--takeover", command->takeover,
@@ -351,7 +362,7 @@ void addRender(CLI::App& app)
                      "On a sheet: each plant in N moments of a gust of a strong breeze, from left to right")
         ->check(CLI::Range(2u, 64u));
     command->templates.addTo(*verb);
-    verb->callback([command] { render(*command); });
+    verb->callback([command, verb] { render(*command, *verb); });
 }
 
 } // namespace espalier::tool

@@ -306,7 +306,7 @@ for appearance in "$content"/*.appearance; do
     expect "a look of every kind" 0 "triangles" "$espalier" grow bare.species --appearance "$appearance" --lod 3 --textures 16 -o kind.glb
 done
 expect "a season" 0 "triangles" "$espalier" grow look.species --season autumn --textures 16 --lod 4 -o autumn.glb
-expect "a season that there is none of" 2 "expected one of spring, autumn, winter" "$espalier" grow look.species --season fall -o x.glb
+expect "a season that there is none of" 2 "expected summer (the plain look), spring, autumn or winter" "$espalier" grow look.species --season fall -o x.glb
 expect "a season of a bare tree" 2 "has no seasons" "$espalier" grow bare.species --season autumn -o x.glb
 "$espalier" grow look.species --no-leaves --textures 0 --lod 4 -o wood-a.glb > /dev/null
 expect "leaves are baked" 1 "" cmp -s wood-a.glb autumn.glb
@@ -319,14 +319,31 @@ printf '{"espalier": "appearance", "version": 1,\n "leaves": [{"shape": "round"}
 expect "a shape that there is none of" 3 "round.appearance:2:23: shape is" "$espalier" appearance look.species --set round.appearance
 same "the earlier look stays" before.species look.species
 
+cp look.species part.species
+printf '{"espalier": "appearance", "version": 1,\n "bark": {"colour": [0.2, 0.1, 0.1]}}' > part.appearance
+expect "what a look leaves out" 0 "part.species has lost leaves, seasons, bark." "$espalier" appearance part.species --set part.appearance
+"$espalier" appearance look.species --set printed.appearance 2> told.txt > /dev/null
+expect "of a whole look nothing is told" 1 "" test -s told.txt
+cp look.species kept.species
+expect "a look that is kept" 0 "kept.species: keeps the look that it had, 1 kind of leaves" \
+    "$espalier" infer "$content/Palm.archetype" -o kept.species
+expect "seasons are written as one likes" 0 "triangles" "$espalier" grow look.species --season AUTUMN --textures 16 --lod 4 -o again.glb
+same "seasons are written as one likes" autumn.glb again.glb
+expect "summer" 0 "triangles" "$espalier" grow look.species --season Summer --textures 0 --lod 4 -o summer.glb
+"$espalier" grow look.species --textures 0 --lod 4 -o plain.glb > /dev/null
+same "summer is the plain look" plain.glb summer.glb
+expect "whose seasons" 2 "Palm.appearance has no seasons" "$espalier" render look.species --appearance "$content/Palm.appearance" \
+    --seasons --sheet -o s.png
+
 # What is baked, and how.
 expect "every profile" 0 "triangles" "$espalier" grow look.species --lod 4 --profile quantized --textures 16 --wind bones -o q.glb
 expect "every profile" 0 "triangles" "$espalier" grow look.species --lod 4 --profile compressed --textures 16 --wind generic -o c.glb
 expect "how a plant answers the wind" 0 '"trunkAngle"' grep -a -o '"trunkAngle"' c.glb
 expect "how levels look" 0 "outline off by" "$espalier" grow look.species --lod 5 --differences --textures 16 -o d.glb
 expect "a file a level" 0 "levels-lod5.glb" "$espalier" grow look.species --lod 3..5 --textures 16 -o levels.glb
+expect "where a level takes over" 0 " m on (1080 lines, 60 degrees)" "$espalier" grow look.species --lod 5 --textures 0 -o d.glb
 expect "levels in one file" 0 '"levels"' "$espalier" grow look.species --lod 3..5 --together --textures 16 --json -o together.glb
-expect "one level in one file" 2 "expected a range" "$espalier" grow look.species --together -o x.glb
+expect "one level in one file" 2 "--together needs a range of levels" "$espalier" grow look.species --together -o x.glb
 expect "levels the wrong way round" 2 "the lower level first" "$espalier" grow look.species --lod 3..1 -o x.glb
 expect "collision shapes" 0 "c.collision.json: " "$espalier" grow look.species --lod 4 --collision --textures 16 -o c.glb
 expect "one closed surface" 0 "triangles" "$espalier" grow look.species --lod 4 --branches weld --no-leaves --textures 0 -o w.glb
@@ -334,15 +351,73 @@ expect "cards" 0 "cards-impostor.glb: 32 vertices, 16 triangles" "$espalier" gro
 expect "cards beside a chain" 0 '"texels": 64' "$espalier" grow look.species --lod 4..5 --together --impostor cards --atlas 64 --textures 0 --json -o chain.glb
 expect "an octahedral impostor" 0 "oct-impostor.json: 64 frames" "$espalier" grow look.species --lod 5 --impostor octahedral --atlas 64 --textures 0 -o oct.glb
 expect "how an impostor looks" 0 " %, as bright as " "$espalier" grow look.species --lod 5 --impostor octahedral --atlas 256 --textures 0 --differences -o oct.glb
+expect "its pictures are named" 0 "with oct-impostor-colour.png, oct-impostor-normal.png, oct-impostor-roughness.png" \
+    "$espalier" grow look.species --lod 5 --impostor octahedral --frames 6 --atlas 96 --textures 0 -o oct.glb
+expect "finer or coarser" 0 '"side": 6' cat oct-impostor.json
+expect "too few frames" 2 "frames" "$espalier" grow look.species --impostor octahedral --frames 5 -o x.glb
+expect "frames of cards" 2 "--frames needs --impostor octahedral" "$espalier" grow look.species --impostor cards --frames 8 -o x.glb
 expect "an impostor of no kind" 2 "--impostor" "$espalier" grow look.species --impostor sphere -o x.glb
 expect "cards on a sheet" 0 "pixels" "$espalier" render look.species --lod 5 --impostor --takeover --sheet --width 64 --height 64 --samples 1 -o s.png
-expect "an atlas of nothing" 2 "expected --impostor" "$espalier" grow look.species --atlas 64 -o x.glb
+expect "an atlas of nothing" 2 "--atlas needs --impostor cards or octahedral" "$espalier" grow look.species --atlas 64 -o x.glb
 expect "a gust of cards" 2 "expected neither" "$espalier" render look.species --gust 3 --impostor --sheet -o s.png
-expect "cards without a sheet" 2 "expected --sheet" "$espalier" render look.species --impostor -o s.png
+expect "cards without a sheet" 2 "--impostor needs --sheet" "$espalier" render look.species --impostor -o s.png
 expect "an OBJ" 0 "triangles" "$espalier" grow look.species --lod 4 --textures 16 -o o.obj
 expect "an OBJ's pictures" 0 "o-bark-colour.png" cat o.mtl
+expect "an OBJ's files" 0 "with the_oak.mtl, the_oak-bark-colour.png" "$espalier" grow look.species --lod 5 --textures 16 -o "the oak.obj"
+expect "an OBJ's leaves" 0 "the_oak-leaves0-colour.png" sed -n '/newmtl Oak_leaves_0/,$p' the_oak.mtl
+expect "an OBJ's materials" 0 "mtllib the_oak.mtl" grep mtllib "the oak.obj"
+for seeds in 3 3..3; do
+    "$espalier" grow look.species --seed $seeds --lod 4..5 --collision --textures 0 --json -o j.glb > grown.json
+    expect "three files" 0 3 grep -c '"file"' grown.json
+    expect "one seed an object, a range an array" 0 "$([ $seeds = 3 ] && echo "{" || echo "[")" head -c 1 grown.json
+done
 expect "an OBJ in the wind" 2 "OBJ knows no" "$espalier" grow look.species --wind generic -o o.obj
-expect "a skeleton in the wind" 2 "a skeleton has no levels" "$espalier" grow look.species --wind generic -o o.swc
+expect "a skeleton in the wind" 2 "a skeleton knows no --wind" "$espalier" grow look.species --wind generic -o o.swc
+
+# No option is without effect in silence, and none takes another for its value.
+while IFS='|' read -r text command; do
+    # shellcheck disable=SC2086
+    expect "told of $command" 2 "$text" "$espalier" $command
+done << 'END'
+--joints needs --wind bones|grow look.species --joints 8 -o x.glb
+--translucent needs leaves|grow look.species --no-leaves --translucent -o x.glb
+--season needs leaves|render look.species --no-leaves --season winter -o x.png
+--takeover needs coarse levels|render look.species --takeover -o x.png
+--columns needs --sheet|render look.species --columns 2 -o x.png
+--templates needs an A.archetype|render look.species --templates . -o x.png
+/nope|render look.species --templates /nope -o x.png
+--focus needs a radius above 0|render look.species --focus 0,1,0,0 -o x.png
+--plain needs|grammar look.species --plain --dismiss
+--fresh needs -o|infer Thesis.archetype --fresh --trace
+expected either that or --skeleton|grow look.species --skeleton --lod 1 -o x.swc
+a skeleton knows no --season|grow look.species --season winter -o x.swc
+--impostor needs cards or octahedral|grow look.species --impostor --atlas 256 -o x.glb
+--atlas needs a number from 64 to 4096|grow look.species --impostor cards -o x.glb --atlas
+there is no option --sed (did you mean --seed?)|grow look.species --sed 3
+there is no option --transl (did you mean --translucent?)|grow look.species --transl
+there is no option -x;|render -x
+there is no verb grwo (did you mean grow?)|grwo
+there is no verb grwo (did you mean grow?)|help grwo
+--output is required|grow look.species
+END
+expect "nothing was written" 2 "" ls x.glb x.png x.swc
+
+# Names that are not quite those of files.
+expect "a name alone" 2 "did you mean look.species?" "$espalier" grow look -o x.glb
+cp "$content/Palm.archetype" Palmlike.archetype
+expect "a drawing's name alone" 2 'infer Palmlike.archetype -o Palmlike.species` makes one' "$espalier" grow Palmlike -o x.glb
+expect "a look that ends otherwise" 2 "ends in .appearance or .species" "$espalier" appearance look.species --set told.txt
+expect "a look alone" 2 "appearance S.species --set printed.appearance" "$espalier" appearance printed.appearance
+
+# Help.
+"$espalier" > bare.txt 2> bare.help
+"$espalier" help > asked.help
+same "no verb: how the command is used" asked.help bare.help
+expect "and nothing else" 1 "" test -s bare.txt
+"$espalier" help grow > asked.help
+"$espalier" grow --help > grow.help
+same "help of a verb" asked.help grow.help
+expect "the version" 0 "espalier 0" "$espalier" --version
 
 # Wrong usage is 2.
 expect "steps of a drawn tree" 2 "expected no -n" "$espalier" measure "$content/Thesis.archetype" -n 3

@@ -266,14 +266,18 @@ Expected<ObjText> printObj(const TreeMesh& mesh, const Appearance& appearance, c
     return result;
 }
 
+std::filesystem::path materialsPath(const std::filesystem::path& path)
+{
+    return path.parent_path() / withoutSpaces(path.stem().string() + ".mtl");
+}
+
 Expected<void> writeObj(const std::filesystem::path& path, const TreeMesh& mesh, const Appearance& appearance,
                         const BakeInfo& info, std::span<const MaterialImages> images)
 {
     return guarded([&]() -> Expected<void> {
         if (auto checked = check(mesh, appearance, info, images); !checked)
             return checked;
-        std::filesystem::path materials = path;
-        materials.replace_extension(".mtl");
+        const std::filesystem::path materials = materialsPath(path);
         if (materials == path)
             return failure(ErrorKind::BadInput, {path.string(), 0, 0}, "an object cannot end in .mtl", ".obj");
         const std::string materialFile = materials.filename().string();

@@ -37,8 +37,12 @@ struct ObjText
 [[nodiscard]] Expected<ObjText> printObj(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info,
                                          std::string_view materialFile, std::span<const MaterialImages> images = {});
 
-/// Writes `path` and, beside it, its materials in a file of the same name that ends in `.mtl`; each atomically, the
-/// materials first, the object without ever being in memory as a whole.
+/// Where writeObj puts the materials of `path`: beside it, in a file of the same name that ends in `.mtl`, blanks in
+/// the name as `_`, since many readers split names there.
+[[nodiscard]] std::filesystem::path materialsPath(const std::filesystem::path& path);
+
+/// Writes `path` and, at its materialsPath, its materials; each atomically, the materials first, the object without
+/// ever being in memory as a whole.
 [[nodiscard]] Expected<void> writeObj(const std::filesystem::path& path, const TreeMesh& mesh,
                                       const Appearance& appearance, const BakeInfo& info,
                                       std::span<const MaterialImages> images = {});

@@ -169,6 +169,9 @@ TEST(Obj, WritesBothFiles)
     EXPECT_EQ(*readFile(folder / "oak.obj", 16 << 20), text->object);
     EXPECT_EQ(*readFile(folder / "oak.mtl", 16 << 20), text->materials);
     EXPECT_EQ(ReadBack(text->object).indices, large.indices);
+    ASSERT_TRUE(writeObj(folder / "English oak.obj", large, {}, kOak));
+    EXPECT_EQ(ReadBack(*readFile(folder / "English oak.obj", 16 << 20)).materialFile, "English_oak.mtl");
+    EXPECT_EQ(*readFile(folder / "English_oak.mtl", 16 << 20), text->materials);
     EXPECT_FALSE(writeObj(folder / "oak.mtl", large, {}, kOak)) << "one would replace the other";
     EXPECT_FALSE(writeObj(folder / "missing" / "oak.obj", large, {}, kOak));
     std::filesystem::remove_all(folder);
