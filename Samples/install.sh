@@ -7,7 +7,7 @@
 set -euo pipefail
 
 packages=(g++ make cmake libglm-dev libtinygltf-dev libembree-dev libtbb-dev nlohmann-json3-dev libexpected-dev
-    libcli11-dev libstb-dev libmeshoptimizer-dev)
+    libcli11-dev libstb-dev libpng-dev libmeshoptimizer-dev)
 case "${1:-}" in
     "") ;;
     --tests | --acceptance)

@@ -3,6 +3,7 @@
 #include <Espalier/Core/File.h>
 #include <Espalier/Core/Json.h>
 #include <Espalier/Species/AppearanceFile.h>
+#include <Espalier/Texture/AppearanceTextures.h>
 #include <algorithm>
 #include <iostream>
 #include <memory>
@@ -86,13 +87,51 @@ void LookOptions::applyTo(Appearance& appearance, const std::string& input) cons
         appearance.leaves.clear();
 }
 
+OwnTextures LookOptions::pictures(const Appearance& appearance, const std::string& input) const
+{
+    return orFail(loadOwnTextures(appearance, std::filesystem::path(source(input)).parent_path(), authoringLimits()));
+}
+
+void tellMissingPictures(const Appearance& look, const std::string& path)
+{
+    std::string missing;
+    for (const ImageNames& names : look.images)
+        for (const std::string* name : {&names.colour, &names.normal, &names.roughness})
+            if (!name->empty() && !std::filesystem::exists(std::filesystem::path(path).parent_path() / *name))
+                missing += (missing.empty() ? "" : ", ") + *name;
+    if (!missing.empty())
+        std::cerr << path << ": its look wants pictures that are not beside it: " << missing << "; copy them there\n";
+}
+
 namespace {
 
 struct AppearanceCommand
 {
     std::string species;
     std::string given;
+    std::string pictures; ///< The folder to write them to.
 };
+
+/// Writes what the materials are painted with to `folder`, and prints what an appearance beside the pictures says.
+void writePictures(const Appearance& look, const OwnTextures& own, const std::filesystem::path& folder)
+{
+    Appearance painted = look;
+    const auto write = [&](const std::string& material, const MaterialTextures& textures) {
+        const ImageNames names{material + "-colour.png", material + "-normal.png", material + "-roughness.png"};
+        orFail(writeFileAtomically(folder / names.colour, encodePng(textures.colour)));
+        orFail(writeFileAtomically(folder / names.normal, encodePng(textures.normal)));
+        orFail(writeFileAtomically(folder / names.roughness, encodePng(textures.roughness)));
+        painted.images.push_back(names);
+    };
+    painted.images.clear();
+    const AppearanceTextures textures = makeTextures(look, {}, 0, own);
+    write("bark", textures.bark);
+    for (std::size_t k = 0; k < textures.leaves.size(); ++k)
+        write("leaves" + std::to_string(k), textures.leaves[k]);
+    std::cout << printAppearance(painted);
+    std::cerr << folder.string() << ": " << 3 * painted.images.size()
+              << " pictures; paint over them, and set the look printed here, saved beside them\n";
+}
 
 /// What an .appearance file leaves out and a look has: "bark.relief, seasons". Files are the whole look, so it is lost.
 std::string leftOut(const std::string& path, const Appearance& look)
@@ -119,6 +158,13 @@ std::string leftOut(const std::string& path, const Appearance& look)
 void appearance(const AppearanceCommand& command)
 {
     Species species = loadSpeciesFile(command.species);
+    if (!command.pictures.empty())
+    {
+        const OwnTextures own = orFail(loadOwnTextures(
+            species.appearance, std::filesystem::path(command.species).parent_path(), authoringLimits()));
+        writePictures(species.appearance, own, command.pictures);
+        return;
+    }
     if (command.given.empty())
     {
         std::cout << printAppearance(species.appearance);
@@ -132,6 +178,7 @@ void appearance(const AppearanceCommand& command)
             std::cerr << command.given << ": a look is set as a whole: " << command.species << " has lost " << names
                       << ", which the file leaves out; to change a part, edit what `espalier appearance "
                       << command.species << "` prints, and set that\n";
+    tellMissingPictures(species.appearance, command.species);
     std::cout << command.species << ": " << summaryOf(species.appearance) << '\n';
 }
 
@@ -147,6 +194,11 @@ void addAppearance(CLI::App& app)
                      "A.appearance, or another species: puts its look into the species, in place, as a whole: what the "
                      "file leaves out is as usual, not as before. Rules and the thickness of wood stay")
         ->check(CLI::ExistingFile);
+    verb->add_option("--pictures", command->pictures,
+                     "A folder: writes the pictures of bark and leaves there, to paint over, and prints the look that "
+                     "names them under \"images\"")
+        ->check(CLI::ExistingDirectory)
+        ->excludes("--set");
     verb->callback([command] { appearance(*command); });
 }
 

@@ -169,12 +169,14 @@ void BakeChoices::check(const CLI::App& verb, bool hasLeaves) const
                       {"--frames", impostor == "octahedral", "--impostor octahedral"}});
 }
 
-PlantBaker::PlantBaker(const BakeChoices& choices, const Appearance& appearance, std::string path)
-    : choices_(choices), appearance_(appearance), path_(std::move(path)), preset_(kWinds.at(choices.wind))
+PlantBaker::PlantBaker(const BakeChoices& choices, const Appearance& appearance, OwnTextures own, std::string path)
+    : choices_(choices), appearance_(appearance), own_(std::move(own)), path_(std::move(path)),
+      preset_(kWinds.at(choices.wind))
 {
     if (choices_.textures > 0)
         images_ = encode(makeTextures(
-            appearance, {.bark = choices_.textures, .leaf = std::max(choices_.textures / 2, kMinTextureSize)}, 0));
+            appearance, {.bark = choices_.textures, .leaf = std::max(choices_.textures / 2, kMinTextureSize)}, 0,
+            own_));
 }
 
 MeshSettings PlantBaker::meshSettings() const
@@ -297,8 +299,7 @@ nlohmann::ordered_json PlantBaker::writeImpostor(ImpostorKind kind, const TreeMe
                                                  const std::filesystem::path& output)
 {
     impostor_ = makeImpostor(full, kind, choices_.frames);
-    atlas_ =
-        orFail(paintImpostor({&full, &appearance_, label}, impostor_, {.size = choices_.atlas}, terminalProgress()));
+    atlas_ = orFail(paintImpostor(subjectOf(full, label), impostor_, {.size = choices_.atlas}, terminalProgress()));
     const float error = std::max(impostorError(impostor_, atlas_.colour.width), coarsest);
     nlohmann::ordered_json facts = kind == ImpostorKind::Cards
                                        ? writeCards(error, info, besidePath(output, "-impostor.glb"))
@@ -308,6 +309,11 @@ nlohmann::ordered_json PlantBaker::writeImpostor(ImpostorKind kind, const TreeMe
     if (choices_.differences)
         addImpostorDifferences(full, facts);
     return facts;
+}
+
+RenderSubject PlantBaker::subjectOf(const TreeMesh& mesh, const std::string& label) const
+{
+    return {.mesh = &mesh, .appearance = &appearance_, .label = label, .own = &own_};
 }
 
 /// What it covers and how bright it is beside the plant: the least and the most of the sides that it was fitted to and
@@ -321,8 +327,7 @@ void PlantBaker::addImpostorDifferences(const TreeMesh& full, nlohmann::ordered_
         range = {std::min(range[0], value), std::max(range[1], value)};
     };
     for (const float turn : {0.0f, kBetween})
-        for (const ImpostorDifference& view :
-             orFail(compareImpostor({&full, &appearance_, {}}, impostor_, atlas_, turn)))
+        for (const ImpostorDifference& view : orFail(compareImpostor(subjectOf(full, {}), impostor_, atlas_, turn)))
         {
             widen(coverage, view.coverage);
             for (int c = 0; c < 3; ++c)

@@ -10,7 +10,8 @@
 #include <Espalier/Mesh/Silhouette.h>
 #include <Espalier/Mesh/Wind.h>
 #include <Espalier/Mesh/WindPresets.h>
-#include <Espalier/Texture/MaterialTextures.h>
+#include <Espalier/Render/Render.h>
+#include <Espalier/Texture/OwnTextures.h>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -49,8 +50,9 @@ struct BakeChoices
 class PlantBaker
 {
 public:
-    /// The texture images are made here, once. `path`, the file of the species, is named in errors.
-    PlantBaker(const BakeChoices& choices, const Appearance& appearance, std::string path);
+    /// The texture images are made here, once, but for the artist's `own`. `path`, the file of the species, is named in
+    /// errors.
+    PlantBaker(const BakeChoices& choices, const Appearance& appearance, OwnTextures own, std::string path);
 
     /// Writes all levels of a plant, and what else was chosen, to files named after `output`; says what came out, an
     /// entry a file. "with" names the files that it refers to, written beside it. The result is empty if there was
@@ -72,6 +74,7 @@ private:
                                                 const std::string& label);
     void addWind(const Skeleton& skeleton, Level& level);
     void addDifferences(const TreeMesh& full, const Level& level, nlohmann::ordered_json& facts);
+    [[nodiscard]] RenderSubject subjectOf(const TreeMesh& mesh, const std::string& label) const;
     void addImpostorDifferences(const TreeMesh& full, nlohmann::ordered_json& facts) const;
     nlohmann::ordered_json writeImpostor(ImpostorKind kind, const TreeMesh& full, float coarsest, const BakeInfo& info,
                                          const std::string& label, const std::filesystem::path& output);
@@ -89,6 +92,7 @@ private:
 
     BakeChoices choices_;
     const Appearance& appearance_;
+    OwnTextures own_;
     std::string path_;
     std::optional<WindPreset> preset_;
     std::vector<EncodedImages> images_;

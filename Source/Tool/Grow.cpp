@@ -68,7 +68,8 @@ public:
             info_.speciesHash = hashOf(shown);
         }
         if (!writesSkeletons_)
-            baker_.emplace(command.bake, appearance_, command.species);
+            baker_.emplace(command.bake, appearance_, command.look.pictures(appearance_, command.species),
+                           command.species);
     }
 
     /// The plant: its seed, the attempt, and "files", an entry each with what it holds.

@@ -260,6 +260,7 @@ void infer(InferOptions options, const CLI::App& verb)
     else if (former)
         tellKeptLook(species.appearance, options.output);
     orFail(saveSpecies(options.output, species, authoringLimits()));
+    tellMissingPictures(species.appearance, options.output);
     if (!options.trace && !options.explain)
         std::cout << options.output << ": " << species.provenance.exemplarInstances << " instances"
                   << (archetypes.size() > 1 ? " in the mean, " : ", ") << species.grammar.productions.size()

@@ -3,6 +3,7 @@
 #include "Command.h"
 
 #include <Espalier/Species/Appearance.h>
+#include <Espalier/Texture/OwnTextures.h>
 #include <string>
 
 namespace espalier::tool {
@@ -15,6 +16,9 @@ void dress(Appearance& appearance, Appearance look);
 
 /// "1 kind of leaves, 3 seasons (spring, autumn, winter)".
 [[nodiscard]] std::string summaryOf(const Appearance& appearance);
+
+/// Says on stderr which pictures the look of the file at `path`, which was just written, lacks beside it.
+void tellMissingPictures(const Appearance& look, const std::string& path);
 
 /// Options of verbs that show plants: how they are to look.
 struct LookOptions
@@ -29,6 +33,8 @@ struct LookOptions
     /// `input` is the plant's file, which is named in errors unless another one gives the look. Fails where the season
     /// is none of the appearance. Summer is the plain look, unless a season has that name.
     void applyTo(Appearance& appearance, const std::string& input) const;
+    /// The artist's own pictures that the appearance names. `input` as for applyTo.
+    [[nodiscard]] OwnTextures pictures(const Appearance& appearance, const std::string& input) const;
 };
 
 } // namespace espalier::tool

@@ -85,6 +85,7 @@ public:
     {
         Appearance given = input.appearance();
         command_.look.applyTo(given, input.path);
+        own_.push_back(std::make_unique<OwnTextures>(command_.look.pictures(given, input.path)));
         if (command_.paper && command_.linePixels > 0)
             dipInInk(given);
         input.eachPlant([&](Plant& plant) {
@@ -147,7 +148,7 @@ private:
         // A frame is half as high as the atlas, and needs no more texels than the picture has pixels.
         const std::uint32_t texels = std::clamp(std::bit_ceil(2 * settings_.height), 256u, AtlasSettings{}.size);
         atlases_.push_back(std::make_unique<MaterialTextures>(
-            orFail(paintImpostor({&full, &look, label}, impostor, {.size = texels}, terminalProgress()))));
+            orFail(paintImpostor(subjectOf(full, label), impostor, {.size = texels}, terminalProgress()))));
         TreeMesh cards;
         meshCards(impostor, cards);
         const std::string caption = "impostor: " + std::to_string(cards.indices.size() / 3) + " triangles";
@@ -192,13 +193,22 @@ private:
         }
     }
 
+    /// A mesh in the look of the plant that is being added.
+    [[nodiscard]] RenderSubject subjectOf(const TreeMesh& mesh, std::string caption) const
+    {
+        return {.mesh = &mesh,
+                .appearance = appearances_.back().get(),
+                .label = std::move(caption),
+                .own = own_.back().get()};
+    }
+
     void addSubject(TreeMesh mesh, std::string caption, float error = 0)
     {
         constexpr std::size_t kMost = 1024; // of one sheet
         if (subjects_.size() == kMost)
             failUsage("render: expected at most " + std::to_string(kMost) + " pictures on a sheet");
         meshes_.push_back(std::make_unique<TreeMesh>(std::move(mesh)));
-        subjects_.push_back({meshes_.back().get(), appearances_.back().get(), std::move(caption)});
+        subjects_.push_back(subjectOf(*meshes_.back(), std::move(caption)));
         if (command_.takeover)
             subjects_.back().distance = distanceFor(*meshes_.back(), error);
     }
@@ -210,6 +220,7 @@ private:
     DetailScratch scratch_;
     std::vector<std::unique_ptr<TreeMesh>> meshes_;
     std::vector<std::unique_ptr<Appearance>> appearances_;
+    std::vector<std::unique_ptr<OwnTextures>> own_;          ///< Of each input.
     std::vector<std::unique_ptr<MaterialTextures>> atlases_; ///< Of impostors.
     std::vector<RenderSubject> subjects_;
 };

@@ -315,6 +315,18 @@ expect "a season among seasons" 2 "neither --season" "$espalier" render look.spe
 expect "a gust" 0 "pixels" "$espalier" render look.species --gust 3 --sheet --lod 5 --width 64 --height 64 --samples 1 -o s.png
 expect "a close-up" 0 "pixels" "$espalier" render look.species --focus 0,1,0,1 --lod 5 --width 64 --height 64 --samples 1 -o s.png
 expect "a close-up of nowhere" 3 "focus.y" "$espalier" render look.species --focus 0,nan,0,1 --lod 5 --width 64 --height 64 -o s.png
+# Pictures of one's own, which may begin with the generated ones.
+mkdir painted
+cp look.species painted/own.species
+"$espalier" appearance look.species --pictures painted > painted/own.appearance 2> told.txt
+expect "pictures to paint over" 0 "6 pictures" cat told.txt
+expect "a look with pictures" 0 "1 kind" "$espalier" appearance painted/own.species --set painted/own.appearance
+expect "grow with pictures" 0 "triangles" "$espalier" grow painted/own.species --lod 4 -o painted/own.glb
+expect "a picture of pictures" 0 "pixels" "$espalier" render painted/own.species --lod 4 --width 64 --height 64 --samples 1 -o own.png
+expect "a look whose pictures are elsewhere" 0 "not beside it: bark-colour.png" "$espalier" appearance look.species --set painted/own.appearance
+expect "pictures that are not there" 3 "bark-colour.png" "$espalier" grow look.species --lod 4 -o none.glb
+expect "the look as it was" 0 "1 kind" "$espalier" appearance look.species --set printed.appearance
+expect "pictures in no folder" 2 "--pictures" "$espalier" appearance look.species --pictures nowhere
 printf '{"espalier": "appearance", "version": 1,\n "leaves": [{"shape": "round"}]}' > round.appearance
 expect "a shape that there is none of" 3 "round.appearance:2:23: shape is" "$espalier" appearance look.species --set round.appearance
 same "the earlier look stays" before.species look.species

@@ -306,12 +306,15 @@ Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSet
     std::vector<Picture> pictures;
     std::optional<PaintBox> paints;
     const Appearance* painted = nullptr;
+    const OwnTextures* own = nullptr;
     for (const Shot& shot : shots)
     {
         const Appearance& appearance = *shot.subject->appearance;
-        if (!painted || *painted != appearance)
-            paints.emplace(makeTextures(appearance, textureSizes(settings), threads));
+        if (!painted || *painted != appearance || own != shot.subject->own)
+            paints.emplace(makeTextures(appearance, textureSizes(settings), threads,
+                                        shot.subject->own ? *shot.subject->own : OwnTextures{}));
         painted = &appearance;
+        own = shot.subject->own;
         paints->cards.clear();
         if (shot.subject->cards)
             paints->cards.emplace_back(*shot.subject->cards, TextureWrap::Clamp);

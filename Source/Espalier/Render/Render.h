@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 namespace espalier {
 
@@ -53,6 +54,9 @@ struct RenderSubject
     std::string label; ///< Written under it on strips and sheets; may be empty.
     /// What Cards parts of the mesh are painted with; must outlive the call. None: they are white.
     const MaterialTextures* cards = nullptr;
+    /// The artist's own pictures (loadOwnTextures), in place of generated ones; must outlive the call. None: all are
+    /// generated.
+    const std::vector<MaterialTextures>* own = nullptr;
     double distance = 1; ///< Times as far as where it would fill its frame. [1, 1e4]
 };
 

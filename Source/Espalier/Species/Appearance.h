@@ -135,6 +135,17 @@ inline constexpr std::size_t kMaxPalette = 64;
 /// red, 6 violet blue, 7 withered leaf.
 [[nodiscard]] std::vector<Vec3> defaultPalette();
 
+/// Names of an artist's own pictures of one material, PNG files, in place of generated ones: relative to the folder of
+/// the file that names them, and inside it. Without a colour all of the material is generated.
+struct ImageNames
+{
+    std::string colour;    ///< sRGB; of leaves with alpha, which cuts them out.
+    std::string normal;    ///< Tangent space, green towards the tip. None: flat.
+    std::string roughness; ///< As in glTF: red occlusion, green roughness, blue metal. None: the material's roughness.
+
+    friend bool operator==(const ImageNames&, const ImageNames&) = default;
+};
+
 /// How a species answers the wind.
 struct WindAppearance
 {
@@ -156,6 +167,7 @@ struct Appearance
     /// Linear RGB in [0, 1], by the material index of what the skeleton draws (the turtle's '); indices beyond take the
     /// last entry. Wood of index 0 has the bark's colour, so entry 0 is that of leaves. [1, kMaxPalette] entries
     std::vector<Vec3> palette = defaultPalette();
+    std::vector<ImageNames> images; ///< Of bark first, then by kind of leaf; those beyond are generated.
 
     friend bool operator==(const Appearance&, const Appearance&) = default;
 };

@@ -58,8 +58,8 @@ template <class Object>
 struct Key
 {
     std::string_view name;
-    std::variant<float Object::*, Vec3 Object::*, std::uint32_t Object::*, bool Object::*, BarkKind Object::*,
-                 LeafShape Object::*, LeafArrangement Object::*, LeafForm Object::*>
+    std::variant<float Object::*, Vec3 Object::*, std::uint32_t Object::*, bool Object::*, std::string Object::*,
+                 BarkKind Object::*, LeafShape Object::*, LeafArrangement Object::*, LeafForm Object::*>
         member;
     double low = 0; ///< Of numbers, in the file's unit.
     double high = 1;
@@ -118,6 +118,12 @@ const std::array kWindKeys{
     Key<WindAppearance>{"flutter", &WindAppearance::flutter, 0, 10},
 };
 
+const std::array kImageKeys{
+    Key<ImageNames>{"colour", &ImageNames::colour},
+    Key<ImageNames>{"normal", &ImageNames::normal},
+    Key<ImageNames>{"roughness", &ImageNames::roughness},
+};
+
 const std::array kPipeKeys{
     Key<PipeModel>{"tipRadius", &PipeModel::tipRadius, 1e-5, 1, Unit::Plain, Mention::Always},
     Key<PipeModel>{"exponent", &PipeModel::exponent, 1, 4, Unit::Plain, Mention::Always},
@@ -140,6 +146,14 @@ Expected<void> readColour(const Value& value, Vec3& colour)
         colour[i] = static_cast<float>(*component);
     }
     return {};
+}
+
+/// Whether a name means a picture in the folder, or in one below it, on every system.
+bool isPictureInside(std::string_view name)
+{
+    const std::filesystem::path path(name);
+    return path.extension() == ".png" && path.is_relative() && name.find_first_of(":\\") == std::string_view::npos &&
+           std::ranges::find(path, "..") == path.end();
 }
 
 /// Reads the value of a key into whatever the key fills.
@@ -166,6 +180,18 @@ struct KeyReader
     Expected<void> operator()(bool Object::*member) const
     {
         return value.boolean(key.name).map([&](bool is) { object.*member = is; });
+    }
+    /// The only texts are names of pictures.
+    Expected<void> operator()(std::string Object::*member) const
+    {
+        const auto name = value.string(key.name);
+        if (!name)
+            return tl::make_unexpected(name.error());
+        if (!isPictureInside(*name))
+            return value.fail("the picture is " + quoteJson(shortened(*name)),
+                              "a .png file in the folder of this file or below it, such as \"bark/colour.png\"");
+        object.*member = *name;
+        return {};
     }
     template <class Choice>
     Expected<void> operator()(Choice Object::*member) const
@@ -245,6 +271,37 @@ Expected<void> readSeasons(const Value& value, std::vector<Season>& seasons)
     return {};
 }
 
+Expected<void> readImageNames(const Value& value, std::string_view role, ImageNames& images)
+{
+    if (auto done = readObject(value, role, kImageKeys, images); !done)
+        return done;
+    if (images.colour.empty() && images != ImageNames{})
+        return value.fail(std::string(role) + " have no colour", "\"colour\" beside \"normal\" and \"roughness\"");
+    return {};
+}
+
+/// Bark's come first, then those of leaves by kind.
+Expected<void> readImages(const Value& value, std::vector<ImageNames>& images)
+{
+    if (auto done = value.requireObject("images", {"bark", "leaves"}); !done)
+        return done;
+    images.assign(1, {});
+    if (const Value bark = value["bark"]; bark.exists())
+        if (auto done = readImageNames(bark, "images of bark", images[0]); !done)
+            return done;
+    std::vector<ImageNames> leaves;
+    if (const Value given = value["leaves"]; given.exists())
+        if (auto done = readList(
+                given, "images of leaves", 0, kMaxLeafKinds, leaves,
+                [](const Value& item, ImageNames& of) { return readImageNames(item, "images of a leaf", of); });
+            !done)
+            return done;
+    images.insert(images.end(), leaves.begin(), leaves.end());
+    while (!images.empty() && images.back() == ImageNames{})
+        images.pop_back();
+    return {};
+}
+
 /// A degree's shortest text that reads back as this angle.
 std::string degreesText(float radians)
 {
@@ -281,6 +338,7 @@ struct KeyPrinter
     std::string operator()(Vec3 Object::*member) const { return colourText(object.*member); }
     std::string operator()(std::uint32_t Object::*member) const { return std::to_string(object.*member); }
     std::string operator()(bool Object::*member) const { return object.*member ? "true" : "false"; }
+    std::string operator()(std::string Object::*member) const { return quoteJson(object.*member); }
     template <class Choice>
     std::string operator()(Choice Object::*member) const
     {
@@ -314,14 +372,24 @@ std::string listText(const std::array<Key<Entry>, N>& keys, const std::vector<En
     return text + (entries.empty() ? "]" : "\n" + indent + "]");
 }
 
+std::string imagesText(const std::vector<ImageNames>& images, const std::string& indent)
+{
+    const std::string inner = indent + "  ";
+    std::string text = images[0] == ImageNames{} ? "" : inner + "\"bark\": " + objectText(kImageKeys, images[0]);
+    if (images.size() > 1)
+        text += (text.empty() ? "" : ",\n") + inner +
+                "\"leaves\": " + listText(kImageKeys, {images.begin() + 1, images.end()}, inner);
+    return "{\n" + text + "\n" + indent + "}";
+}
+
 } // namespace
 
 Expected<void> readAppearance(const Value& value, Appearance& appearance, PipeModel* pipes)
 {
-    constexpr std::array<std::string_view, 6> kKeys{"bark", "leaves", "seasons", "wind", "palette", "pipes"};
+    constexpr std::array<std::string_view, 7> kKeys{"bark", "leaves", "seasons", "wind", "palette", "images", "pipes"};
     // Files of an appearance alone begin with their head.
-    constexpr std::array<std::string_view, 7> kFileKeys{"espalier", "version", "bark",   "leaves",
-                                                        "seasons",  "wind",    "palette"};
+    constexpr std::array<std::string_view, 8> kFileKeys{"espalier", "version", "bark",    "leaves",
+                                                        "seasons",  "wind",    "palette", "images"};
     const std::span<const std::string_view> keys = pipes ? std::span<const std::string_view>(kKeys) : kFileKeys;
     if (auto done = value.requireObject("appearance", keys); !done)
         return done;
@@ -340,6 +408,7 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance, PipeMo
         .read("wind", [&](const Value& v) { return readObject(v, "wind", kWindKeys, appearance.wind); })
         .read("palette",
               [&](const Value& v) { return readList(v, "palette", 1, kMaxPalette, appearance.palette, readColour); })
+        .read("images", [&](const Value& v) { return readImages(v, appearance.images); })
         .result();
 }
 
@@ -367,6 +436,8 @@ std::string appearanceText(const Appearance& appearance, const PipeModel* pipes,
             text += (i == 0 ? "" : ", ") + colourText(appearance.palette[i]);
         text += "]";
     }
+    if (!appearance.images.empty())
+        text += ",\n" + inner + "\"images\": " + imagesText(appearance.images, inner);
     return text + "\n" + std::string(indent) + "}";
 }
 

@@ -2,11 +2,17 @@
 
 namespace espalier {
 
-AppearanceTextures makeTextures(const Appearance& appearance, const TextureSizes& sizes, std::uint32_t threads)
+AppearanceTextures makeTextures(const Appearance& appearance, const TextureSizes& sizes, std::uint32_t threads,
+                                const OwnTextures& own)
 {
-    AppearanceTextures textures{makeBarkTextures(appearance.bark, sizes.bark, threads), {}};
-    for (const LeafAppearance& leaf : appearance.leaves)
-        textures.leaves.push_back(makeLeafTextures(leaf, sizes.leaf, threads));
+    const auto isOwn = [&](std::size_t material) {
+        return material < own.size() && !own[material].colour.texels.empty();
+    };
+    AppearanceTextures textures;
+    textures.bark = isOwn(0) ? own[0] : makeBarkTextures(appearance.bark, sizes.bark, threads);
+    for (std::size_t k = 0; k < appearance.leaves.size(); ++k)
+        textures.leaves.push_back(isOwn(1 + k) ? own[1 + k]
+                                               : makeLeafTextures(appearance.leaves[k], sizes.leaf, threads));
     return textures;
 }
 

@@ -58,6 +58,10 @@ Appearance unusual(std::uint64_t seed)
                           {"winter \"x\"", {}}};
     appearance.wind = {number(0, 10), number(0, 10), 1};
     appearance.palette = {colour(), colour()};
+    if (seed % 3 == 1)
+        appearance.images = {{"bark.png", "more bark/normal.png", ""}, {}, {"leaf.png", "", "leaf \"x\".png"}};
+    else if (seed % 3 == 2)
+        appearance.images = {{}, {"leaf.png", "", ""}};
     return appearance;
 }
 
@@ -107,6 +111,14 @@ TEST(AppearanceFile, SaysWhatIsWrongAndWhere)
         {R"(, "seasons": {"": []})", "the season has no name"},
         {R"(, "palette": [])", "palette has 0 entries; expected from 1 to 64"},
         {R"(, "bark": {"colour": [1, 2, 0]})", "a colour component is 2"},
+        {R"(, "images": {"bark": {"normal": "a.png"}})", "images of bark have no colour"},
+        {R"(, "images": {"bark": {"colour": "a.jpg"}})",
+         "the picture is \"a.jpg\"; expected a .png file in the folder"},
+        {R"(, "images": {"bark": {"colour": "../a.png"}})", "the picture is \"../a.png\""},
+        {R"(, "images": {"bark": {"colour": "b/../../a.png"}})", "the picture is \"b/../../a.png\""},
+        {R"(, "images": {"bark": {"colour": "/a.png"}})", "the picture is \"/a.png\""},
+        {R"(, "images": {"bark": {"colour": "C:a.png"}})", "the picture is \"C:a.png\""},
+        {R"(, "images": {"leaf": []})", "images has the unknown key \"leaf\""},
     };
     for (const auto& [text, message] : cases)
         EXPECT_NE(errorOf(fileWith(text)).find(message), std::string::npos) << errorOf(fileWith(text));
