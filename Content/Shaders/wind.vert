@@ -25,8 +25,8 @@ struct WindWeather
 // How this plant answers.
 struct WindResponse
 {
-    float trunkAngle; // radians: usually 0.16
-    float boughAngle; // radians: usually 0.2
+    float trunkAngle; // radians: 0.14 (stout trees) to 0.35 (slender ones)
+    float boughAngle; // radians: usually 0.5
     float flutter;    // lengths of a leaf: usually 0.18
     float rate;       // sways a second: 0.12 (large trees) to 0.5 (small ones)
 };
@@ -53,17 +53,32 @@ float windLag(vec3 place)
     return fract(0.137 * place.x + 0.219 * place.z);
 }
 
-// A Gibbs vector: an axis times the tangent of half the angle.
-vec3 windBranchTurn(float bend, float phase, float angle, float rate, vec3 pivot, WindWeather weather)
+// A direction out of 12 bits (Cigolle et al. 2014).
+vec3 windDirection(uint packedDirection)
 {
+    float u = float(packedDirection & 63u) * (2.0 / 63.0) - 1.0;
+    float v = float((packedDirection >> 6u) & 63u) * (2.0 / 63.0) - 1.0;
+    float y = 1.0 - abs(u) - abs(v);
+    float under = max(-y, 0.0);
+    vec3 direction = vec3(u - (u >= 0.0 ? under : -under), y, v - (v >= 0.0 ? under : -under));
+    return direction / sqrt(dot(direction, direction));
+}
+
+// A Gibbs vector: an axis times the tangent of half the angle. `element`: where the branch leads and its phase, whole
+// part and fraction.
+vec3 windBranchTurn(float bend, float element, float angle, float rate, vec3 pivot, WindWeather weather)
+{
+    float phase = fract(element);
     vec3 along = weather.direction;
+    vec3 push = cross(windDirection(uint(element)), along);
     vec3 lean = vec3(along.z, 0.0, -along.x);
     float beat = rate * (1.2 + 0.8 * fract(7.0 * phase)) * weather.time + phase + windLag(weather.place);
-    float nod = 0.25 + 0.55 * windWave(beat);
-    float sway = 0.45 * windWave(0.77 * beat + fract(13.0 * phase));
-    float swing = 0.5 * windWave(1.13 * beat + fract(29.0 * phase));
+    float yield = 0.65 + 0.25 * windWave(beat);
+    float nod = 0.2 * windWave(beat + 0.2);
+    float sway = 0.25 * windWave(0.77 * beat + fract(13.0 * phase));
+    float swing = 0.2 * windWave(1.13 * beat + fract(29.0 * phase));
     float size = 0.5 * angle * bend * windLoad(weather.place + pivot, weather);
-    return size * (nod * lean + sway * along + vec3(0.0, swing, 0.0));
+    return size * (yield * push + nod * lean + sway * along + vec3(0.0, swing, 0.0));
 }
 
 vec3 windTrunkTurn(float bend, WindWeather weather, WindResponse response)
@@ -76,17 +91,6 @@ vec3 windTrunkTurn(float bend, WindWeather weather, WindResponse response)
     return (0.5 * response.trunkAngle * bend * windLoad(weather.place, weather)) * (nod * lean + sway * along);
 }
 
-// The direction in which a leaf beats.
-vec3 windLeafFacing(uint leaf)
-{
-    float u = float((leaf >> 8u) & 63u) * (2.0 / 63.0) - 1.0;
-    float v = float((leaf >> 14u) & 63u) * (2.0 / 63.0) - 1.0;
-    float y = 1.0 - abs(u) - abs(v);
-    float under = max(-y, 0.0);
-    vec3 direction = vec3(u - (u >= 0.0 ? under : -under), y, v - (v >= 0.0 ? under : -under));
-    return direction / sqrt(dot(direction, direction));
-}
-
 // Metres.
 vec3 windLeafBeat(float flutter, uint leaf, vec3 boughPivot, WindWeather weather, WindResponse response)
 {
@@ -96,7 +100,7 @@ vec3 windLeafBeat(float flutter, uint leaf, vec3 boughPivot, WindWeather weather
     float load = windLoad(weather.place + boughPivot, weather);
     float beat = (2.1 + 1.7 * fract(5.0 * phase)) * weather.time + phase;
     float flap = 0.6 * windWave(beat) + 0.4 * windWave(1.7 * beat + fract(11.0 * phase));
-    return (flutter * response.flutter * flap * load / (load + 0.1)) * windLeafFacing(leaf);
+    return (flutter * response.flutter * flap * load / (load + 0.1)) * windDirection(leaf >> 8u);
 }
 
 vec3 windTurned(vec3 arm, vec3 turn)
@@ -117,7 +121,7 @@ vec3 windDisplaced(vec3 position, inout vec3 normal, vec2 texcoord1, vec2 texcoo
     position += windLeafBeat(texcoord2.y, leaf, boughPivot, weather, response);
 #if WIND_TWIGS
     vec3 twigPivot = vec3(texcoord6, texcoord7.x);
-    vec3 twig = windBranchTurn(texcoord5.x, texcoord5.y, 1.1 * response.boughAngle, 1.9 * response.rate, twigPivot,
+    vec3 twig = windBranchTurn(texcoord5.x, texcoord5.y, 1.5 * response.boughAngle, 1.9 * response.rate, twigPivot,
                                weather);
     position = twigPivot + windTurned(position - twigPivot, twig);
     normal = windTurned(normal, twig);

@@ -174,10 +174,11 @@ private:
         return pixel > 0 ? std::clamp(static_cast<double>(error) / pixel, 1.0, 1e4) : 1;
     }
 
-    /// The plant at even times over one gust of a strong breeze.
+    /// The plant at even times while a gust of a strong breeze rises, from the lull before it.
     void addGust(const Skeleton& skeleton, const TreeMesh& mesh, const std::string& label)
     {
         constexpr float kSeconds = 4;
+        constexpr float kLull = 3.4f; // when it is, of the weather's time
         WindScratch scratch;
         WindVertices wind;
         if (!computeWind(skeleton, mesh, scratch, wind))
@@ -186,7 +187,7 @@ private:
         for (std::uint32_t frame = 0; frame < command_.gustFrames; ++frame)
         {
             const float time = kSeconds * static_cast<float>(frame) / static_cast<float>(command_.gustFrames);
-            const WindWeather weather{.speed = 12, .gust = 0.6f, .time = time};
+            const WindWeather weather{.speed = 12, .gust = 0.6f, .time = kLull + time};
             std::ostringstream caption;
             caption << label << ", " << std::fixed << std::setprecision(1) << time << " s";
             addSubject(blownBy(mesh, wind, weather, response), caption.str());

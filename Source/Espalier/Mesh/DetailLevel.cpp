@@ -1,5 +1,6 @@
 #include <Espalier/Mesh/DetailLevel.h>
 
+#include <Espalier/Mesh/WoodShade.h>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -109,6 +110,8 @@ private:
         const MeshResult bare =
             meshBare(scratch_.thinned, appearance_, coarserBy(woodError, settings_), limits_, scratch_.mesh, mesh);
         nameFullSources(scratch_.thinning, mesh);
+        if (!scratch_.mesh.foliage.leaves.empty())
+            shadeWood(scratch_.mesh.placing.light, appearance_.bark.shade, mesh, 0);
         const MeshResult leaves = meshLeaves(scratch_.mesh.foliage, appearance_.leaves, leafSettings(leafError),
                                              limits_, scratch_.mesh.leaves, mesh);
         if (leaves == MeshResult::EmptySkeleton)

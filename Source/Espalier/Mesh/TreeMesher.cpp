@@ -1,4 +1,5 @@
 #include <Espalier/Mesh/TreeMesher.h>
+#include <Espalier/Mesh/WoodShade.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
 #include <limits>
@@ -103,14 +104,18 @@ MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, cons
                     const Limits& limits, MeshScratch& scratch, TreeMesh& mesh)
 {
     const Bookmark before(mesh);
+    const std::size_t firstVertex = mesh.positions.size();
     const MeshResult bare = meshBare(skeleton, appearance, settings, limits, scratch, mesh);
     if (!isMeshed(bare))
         return bare;
     MeshResult leaves =
         placeLeaves(skeleton, appearance.leaves, settings.tubes.smoothing, limits, scratch.placing, scratch.foliage);
     if (leaves == MeshResult::Ok)
+    {
+        shadeWood(scratch.placing.light, appearance.bark.shade, mesh, firstVertex);
         leaves = meshLeaves(scratch.foliage, appearance.leaves, leafSettingsOf(skeleton, settings), limits,
                             scratch.leaves, mesh);
+    }
     if (!isMeshed(leaves))
         before.restore(mesh);
     return leaves == MeshResult::EmptySkeleton ? bare : leaves;

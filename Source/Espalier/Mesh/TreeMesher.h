@@ -28,14 +28,15 @@ struct MeshScratch
 };
 
 /// Appends the whole plant to `mesh`: the tubes of its segments (meshTubes), the petals, berries and organs that it
-/// draws (meshShapes), then the species' foliage (placeLeaves, meshLeaves). EmptySkeleton only if it has none of them.
+/// draws (meshShapes), then the species' foliage (placeLeaves, meshLeaves), which takes light from the rest (shadeWood:
+/// the same at every level of detail). EmptySkeleton only if it has none of them.
 /// At most one part for each material and entry of the palette or kind of leaf. Streams and numbers of organs among
 /// `settings` are filled in: leaves are numbered after all that the skeleton draws. Equal input gives equal bytes. Safe
 /// to call concurrently on different meshes and scratches.
 [[nodiscard]] MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
                                   const Limits& limits, MeshScratch& scratch, TreeMesh& mesh);
 
-/// The same without the species' foliage, but with the streams that it needs.
+/// The same without the species' foliage and its shade, but with the streams that it needs.
 [[nodiscard]] MeshResult meshBare(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
                                   const Limits& limits, MeshScratch& scratch, TreeMesh& mesh);
 

@@ -34,10 +34,13 @@ std::uint64_t vertexCountOf(const Tube& tube, const SheetPlan& sheets)
     return count;
 }
 
-/// Two triangles a side between rings, one towards the apex. A lid is a fan over its rim, a root a fan round its apex.
+/// Two triangles a side between rings, one towards the apex. A lid is a fan over its rim, or round its middle if it has
+/// one; a root is a fan round its apex.
 std::uint64_t indexCountOf(const Tube& tube, const SheetPlan& sheets)
 {
-    const std::uint32_t base = tube.baseVertices == 0 ? 0 : tube.collar.isLaid ? tube.sides : tube.sides - 2;
+    const std::uint32_t base = tube.baseVertices == 0           ? 0
+                               : tube.baseVertices > tube.sides ? tube.sides
+                                                                : tube.sides - 2;
     if (tube.sheet == kNoSheet)
         return 3 * (std::uint64_t{tube.sides} * (2 * tube.ringCount - 3) + base);
     const TubeSheet& sheet = sheets.sheets[tube.sheet];
@@ -79,8 +82,8 @@ class TubeWriter
 public:
     TubeWriter(const TubePlan& plan, const BarkAppearance& bark, TreeMesh& mesh, std::size_t vertex,
                PartCursors& cursors)
-        : scratch_(plan.scratch), streams_(plan.settings.streams), tile_(plan.tile), bark_(bark), mesh_(mesh),
-          vertex_(vertex), cursors_(cursors)
+        : scratch_(plan.scratch), streams_(plan.settings.streams), tile_(plan.tile),
+          tall_(static_cast<float>(tileHeightOf(bark))), bark_(bark), mesh_(mesh), vertex_(vertex), cursors_(cursors)
     {}
 
     void write(const Tube& tube)
@@ -119,6 +122,8 @@ private:
         for (const TubeRing& ring : rings)
         {
             writeRing(tube, ring, circle, mesh, vertex);
+            if (tube.roots.isLobedAt(ring.along))
+                partIntoLobes(tube, ring, circle, mesh, vertex);
             if (isInCollar(tube, ring))
                 placeCollarRing(tube, ring, circle, mesh, vertex);
             vertex += circle.size();
@@ -142,6 +147,7 @@ private:
         const simd::Four outwards = simd::all(ring.normal.x);
         const simd::Four lean = four(ring.tangent * ring.normal.y);
         const float v = ring.along * tube.repeatsPerMetre;
+        const float uStart = tube.lean * v;
         const float uStep = tube.repeats / static_cast<float>(tube.sides);
         // Plain pointers: through the vectors, every store would make the compiler load their addresses again.
         Vec3* const positions = &mesh.positions[first];
@@ -159,10 +165,46 @@ private:
             simd::storeThree(&normals[j], outward * outwards + lean);
             simd::storeThree(&tangents[j], up * x - side * y);
             tangents[j].w = 1;
-            uvs[j] = {static_cast<float>(j) * uStep, v};
+            uvs[j] = {uStart + static_cast<float>(j) * uStep, v};
         }
         writeStreams(ring, circle.size(), mesh, first);
-        mesh.uvs[first + circle.size() - 1].x = tube.repeats;
+        mesh.uvs[first + circle.size() - 1].x = uStart + tube.repeats;
+    }
+
+    /// Buttresses: each vertex as far out as the waves round the ring say, with the normal and tangent of that surface.
+    static void partIntoLobes(const Tube& tube, const TubeRing& ring, std::span<const Vec2> circle, TreeMesh& mesh,
+                              std::size_t first)
+    {
+        const RootFlare& roots = tube.roots;
+        const Vec3 up = glm::cross(ring.tangent, ring.side);
+        const float left = std::min(1 - ring.along / roots.length, 1.f);
+        const float cube = roots.share * left * left * left;
+        const float bare = ring.radius / (1 + cube);
+        const float bareSlope = (ring.slope + 3 * bare * roots.share * left * left / roots.length) / (1 + cube);
+        const float swell = bare * roots.depth * cube * left;
+        const float swellSlope = roots.depth * cube * (bareSlope * left - 4 * bare / roots.length);
+        constexpr std::array<float, 3> kStrengths{0.6f, 0.25f, 0.15f};
+        const std::array<std::uint32_t, 3> waves{roots.lobes, roots.lobes - 2, 2};
+        for (std::size_t j = 0; j < circle.size(); ++j)
+        {
+            float lobe = 0;
+            float lobeTurn = 0; // by which it grows, a radian
+            for (std::size_t k = 0; k < waves.size(); ++k)
+            {
+                const Vec2& at = circle[waves[k] * j % tube.sides];
+                const Vec2& turn = roots.turns[k];
+                lobe += kStrengths[k] * (at.x * turn.x - at.y * turn.y);
+                lobeTurn -= kStrengths[k] * static_cast<float>(waves[k]) * (at.y * turn.x + at.x * turn.y);
+            }
+            const Vec3 outward = ring.side * circle[j].x + up * circle[j].y;
+            const Vec3 round = up * circle[j].x - ring.side * circle[j].y;
+            const float radius = ring.radius + swell * lobe;
+            const float growth = swell * lobeTurn;
+            const float slope = ring.slope + swellSlope * lobe;
+            mesh.positions[first + j] = ring.centre + radius * outward;
+            mesh.normals[first + j] = directionOr(radius * (outward - slope * ring.tangent) - growth * round, outward);
+            mesh.tangents[first + j] = Vec4(directionOr(radius * round + growth * outward, round), 1);
+        }
     }
 
     /// The optional arrays of `count` vertices that belong to `ring`, from `first` on.
@@ -403,6 +445,13 @@ private:
         const auto rim = static_cast<std::uint32_t>(vertex_);
         for (std::uint32_t j = 0; j < tube.sides; ++j)
             writeBaseVertex(ring, mesh_.positions[first + j], -ring.tangent);
+        if (tube.baseVertices > tube.sides)
+        {
+            writeBaseVertex(ring, ring.centre, -ring.tangent);
+            for (std::uint32_t j = 0; j < tube.sides; ++j)
+                writeTriangle(rim + tube.sides, rim + (j + 1) % tube.sides, rim + j);
+            return;
+        }
         for (std::uint32_t j = 1; j + 1 < tube.sides; ++j)
             writeTriangle(rim, rim + j + 1, rim + j);
     }
@@ -439,7 +488,7 @@ private:
         mesh_.positions[vertex_] = position;
         mesh_.normals[vertex_] = normal;
         mesh_.tangents[vertex_] = Vec4(sideNormalTo(normal, ring.side), -1);
-        mesh_.uvs[vertex_] = Vec2(glm::dot(arm, ring.side), glm::dot(arm, up)) / tile_;
+        mesh_.uvs[vertex_] = Vec2(glm::dot(arm, ring.side), glm::dot(arm, up) / tall_) / tile_;
         writeStreams(ring, 1, mesh_, vertex_);
         ++vertex_;
     }
@@ -454,6 +503,7 @@ private:
     TubeScratch& scratch_;
     MeshStreams streams_;
     float tile_;
+    float tall_; ///< Of a tile of bark, in its widths.
     const BarkAppearance& bark_;
     TreeMesh& mesh_;
     std::size_t vertex_;
@@ -494,7 +544,7 @@ TubePlan planOf(const Skeleton& skeleton, const BarkAppearance& bark, const Tube
     const TubeSettings kept = clamped(settings);
     const AxisRounding rounding{.smoothing = kept.smoothing,
                                 .cosMaxTurn = static_cast<float>(math::cos(static_cast<double>(kept.maxRingAngle)))};
-    return {skeleton, kept, rounding, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
+    return {skeleton, kept, rounding, bark, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
 }
 
 /// Plans all tubes and adds to `counts` and `cursors` what they will take.

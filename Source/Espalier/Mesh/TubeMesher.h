@@ -24,17 +24,16 @@ enum class TubeJoints : std::uint8_t
 /// How branch axes become closed tubes.
 struct TubeSettings
 {
-    std::uint16_t minSides = 5;   ///< Ring vertices on the thinnest axis. [3, maxSides]
-    std::uint16_t maxSides = 24;  ///< Ring vertices on the thickest axis. [3, 256]
-    float chordError = 0.0025f;   ///< Metres allowed between a facet and the true circle. (0, inf)
-    float smoothing = 1.0f;       ///< How far an axis bends round the corners of its skeleton: 0 straight segments, 1 a
-                                  ///< smooth curve through all joints. [0, 1]
-    float maxRingAngle = 0.26f;   ///< Radians an axis may turn between two rings before another ring is put in. (0, pi]
-    float collarFlare = 0.6f;     ///< How much wider a branch is where it leaves its parent, in its own radii. [0, 4]
-    float collarLength = 2.5f;    ///< Over what length the collar fades, in radii of the branch. [0, 20]
-    float rootFlare = 0.7f;       ///< The same for the trunk where it meets the ground. [0, 4]
-    float rootFlareLength = 4.0f; ///< In radii of the trunk. [0, 20]
-    std::uint16_t colours = 64;   ///< Parts at most: materials from this one on share the last. [1, 64]
+    std::uint16_t minSides = 5;  ///< Ring vertices on the thinnest axis. [3, maxSides]
+    std::uint16_t maxSides = 24; ///< Ring vertices on the thickest axis. [3, 256]
+    float chordError = 0.0025f;  ///< Metres allowed between a facet and the true circle. (0, inf)
+    float smoothing = 1.0f;      ///< How far an axis bends round the corners of its skeleton: 0 straight segments, 1 a
+                                 ///< smooth curve through all joints. [0, 1]
+    float maxRingAngle = 0.26f;  ///< Radians an axis may turn between two rings before another ring is put in. (0, pi]
+    float collarFlare = 0.6f;    ///< How much wider a branch is where it leaves its parent, in its own radii. [0, 4]
+    float collarLength = 2.5f;   ///< Over what length the collar fades, in radii of the branch. [0, 20]
+    float rootFlare = 1.0f;      ///< Times what the bark says of the trunk where it meets the ground. [0, 4]
+    std::uint16_t colours = 64;  ///< Parts at most: materials from this one on share the last. [1, 64]
     TubeJoints joints =
         TubeJoints::Embed; ///< Whether branches are tubes of their own or one surface with their parents.
     MeshStreams streams{}; ///< Tints are those of young wood (BarkAppearance::youngTint).
@@ -70,6 +69,19 @@ struct TubeCollar
     bool isLaid = false;    ///< The first rings follow the parent's surface; without it the tube begins at the joint.
 };
 
+/// How a trunk runs out into the ground. So far up, its radius is that of a trunk without roots times
+/// 1 + share (w^3 + depth w^4 l), where w falls from 1 at the ground to 0, and l in [-1, 1] is a sum of waves round it.
+struct RootFlare
+{
+    float share = 0;             ///< How much wider the trunk is at the ground, in radii.
+    float length = 0;            ///< Metres.
+    float depth = 0;             ///< 0: it is round.
+    std::uint32_t lobes = 0;     ///< Round it.
+    std::array<Vec2, 3> turns{}; ///< Where the waves begin: cosine and sine.
+
+    [[nodiscard]] bool isLobedAt(float along) const noexcept { return depth > 0 && along < length; }
+};
+
 inline constexpr std::uint32_t kNoFoot = 0xffffffffu;
 
 /// One planned tube.
@@ -81,8 +93,10 @@ struct Tube
     std::uint32_t colour = 0;       ///< Of its part.
     float repeats = 1;              ///< Of the bark round the tube; whole.
     float repeatsPerMetre = 1;      ///< Along it.
+    float lean = 0;                 ///< By how many repeats round it the bark is turned for each along it.
     std::uint32_t baseVertices = 0; ///< Closing the start; 0 if its first ring has no radius, or is welded.
     TubeCollar collar;
+    RootFlare roots{};
     std::uint32_t segment = kNoSegment; ///< Of the skeleton: the one that it begins with.
     std::uint32_t sheet = kNoSheet;     ///< Of the plan, if branches are welded to it.
     std::uint32_t foot = kNoFoot;       ///< Of the plan, if it is welded to another tube.
@@ -123,8 +137,13 @@ struct TubeScratch
 /// room on it, stay tubes of their own, and scratch.embedded counts them; surfaces may still pass through each other.
 ///
 /// u runs a whole number of texture repeats round each axis, so bark tiles without a seam. v advances with the length
-/// at the scale of u on the axis' mean radius, so texels stay square: about one repeat a tile, more on axes thinner
-/// than one tile round. The lid of a tube's base is mapped flat.
+/// at the scale of u on the axis' mean radius, so texels stay square: about one repeat a tile, which shows
+/// BarkAppearance::tileHeight times as much as round the axis; more on axes thinner than one tile round. u also grows a
+/// little with v, like the grain of most trees, so that what a tile shows is not seen in a column. The lid of a tube's
+/// base is mapped flat.
+///
+/// A trunk that begins at the ground runs out into roots as its bark says: wider, and parted into buttresses where its
+/// rings have the sides for them. Trunks of the same radius part in the same way.
 ///
 /// Settings outside their ranges are clamped. Equal input gives equal bytes. Safe to call concurrently on different
 /// meshes and scratches.

@@ -1,4 +1,5 @@
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Random.h>
 #include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeCollar.h>
@@ -6,6 +7,7 @@
 #include <Espalier/Plant/Skeleton.h>
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <span>
 
@@ -32,6 +34,11 @@ constexpr float kStraightAhead = 0.9f;
 
 /// Bark is never repeated more often than this many times per tile along thin twigs: finer only shimmers.
 constexpr float kFinestBark = 16.f;
+
+/// How far the grain of bark leans from the axis (the tangent of 3.5 degrees): much as that of most trees, whose spiral
+/// grain is a few degrees (J. M. Harris, "Spiral Grain and Wave Phenomena in Wood Formation", 1989), and a quarter of
+/// a repeat round the axis for each along it where tiles have the usual height.
+constexpr float kSpiralGrain = 0.061f;
 
 /// Where branches leave, an axis keeps this share of what it is about to lose to them: wood narrows above a fork.
 constexpr float kForkHold = 0.5f;
@@ -110,32 +117,55 @@ std::uint32_t sidesFor(float radius, const TubeSettings& settings)
         std::clamp(sides, static_cast<float>(settings.minSides), static_cast<float>(settings.maxSides)));
 }
 
-/// How the trunk widens towards the ground: 1 there, fading smoothly to 0.
-struct RootFlare
+/// Widens a trunk where it runs out into its roots.
+void widen(const RootFlare& roots, CurvePoint& point)
 {
-    float share = 0;  ///< How much wider at the ground, in radii.
-    float length = 0; ///< Metres.
-
-    void widen(CurvePoint& point) const
-    {
-        if (point.along >= length)
-            return;
-        const float left = 1 - point.along / length;
-        const float factor = 1 + share * left * left * left;
-        const float factorSlope = -3 * share * left * left / length;
-        point.slope = point.slope * factor + point.radius * factorSlope;
-        point.radius *= factor;
-    }
-};
+    if (point.along >= roots.length)
+        return;
+    const float left = 1 - point.along / roots.length;
+    const float factor = 1 + roots.share * left * left * left;
+    const float factorSlope = -3 * roots.share * left * left / roots.length;
+    point.slope = point.slope * factor + point.radius * factorSlope;
+    point.radius *= factor;
+}
 
 RootFlare rootFlareOf(const TubePlan& plan, std::uint32_t segment)
 {
+    const BarkAppearance& bark = plan.bark;
     const std::vector<CurvePoint>& points = plan.scratch.points;
     const float radius = points[0].radius;
     const bool standsOnGround =
         plan.skeleton.parents[segment] == kNoSegment && std::abs(points[0].position.y) <= radius;
-    const float length = std::min(plan.settings.rootFlareLength * radius, 0.75f * points.back().along);
-    return standsOnGround && length > 0 ? RootFlare{plan.settings.rootFlare, length} : RootFlare{};
+    const float length = std::min(clampedTo(bark.rootLength, 0, 20) * radius, 0.75f * points.back().along);
+    const float share = clampedTo(plan.settings.rootFlare * clampedTo(bark.rootFlare, 0, 4), 0, 4);
+    if (!standsOnGround || !(length > 0) || !(share > 0))
+        return {};
+    RootFlare roots{.share = share, .length = length};
+    roots.lobes = std::min(bark.rootLobes, kMaxRootLobes);
+    if (roots.lobes < 3)
+        return roots;
+    // Never so deep that the trunk has no wood left.
+    roots.depth = std::min(clampedTo(bark.rootDepth, 0, 2), 1 + 0.5f / share);
+    // A tree has no number of its own here, but trunks are rarely of one girth, and all its levels share it.
+    const RandomKey key = RandomKey(Seed{0x726f6f7473}).child(std::bit_cast<std::uint32_t>(radius));
+    for (std::size_t i = 0; i < roots.turns.size(); ++i)
+    {
+        const double turn = key.uniform(Purpose::Sampling, 0, 360, static_cast<std::uint32_t>(i));
+        const math::SinCos at = math::sinCosDegrees(turn);
+        roots.turns[i] = {static_cast<float>(at.cos), static_cast<float>(at.sin)};
+    }
+    return roots;
+}
+
+/// Buttresses want four sides each; where the error asked for hides them they have fewer, and part less.
+void giveSides(const TubeSettings& settings, float radius, RootFlare& roots, std::uint32_t& sides)
+{
+    if (!(roots.depth > 0))
+        return;
+    if (radius * roots.share * roots.depth > 2 * settings.chordError)
+        sides = std::clamp<std::uint32_t>(4 * roots.lobes, sides, std::max<std::uint32_t>(sides, settings.maxSides));
+    const float sidesEach = static_cast<float>(sides) / static_cast<float>(roots.lobes);
+    roots.depth *= std::clamp((sidesEach - 2.5f) / 1.5f, 0.f, 1.f);
 }
 
 /// Distances along an axis where rings are wanted whatever its curve; ascending.
@@ -151,13 +181,13 @@ struct Stations
     }
 };
 
-Stations flareStations(const RootFlare& flare)
+Stations flareStations(const RootFlare& roots)
 {
     Stations stations;
-    if (flare.share > 0)
+    if (roots.share > 0)
     {
         for (const float share : {0.1f, 0.22f, 0.38f, 0.6f, 1.f})
-            stations.add(share * flare.length, 0);
+            stations.add(share * roots.length, 0);
     }
     return stations;
 }
@@ -376,12 +406,12 @@ AxisStart startOf(const TubePlan& plan, std::uint32_t segment, const TubeCollar&
     return {.tangent = tangent, .reach = glm::length(skeleton.ends[parent] - skeleton.starts[parent])};
 }
 
-/// Lowers the first ring of a leaning trunk until no edge of it is above its centre.
-void sinkBase(TubeRing& ring)
+/// Lowers the first ring of a leaning trunk until no edge of it, `widest` radii from its centre, is above that.
+void sinkBase(float widest, TubeRing& ring)
 {
     const float upright = std::max(ring.tangent.y, 0.f);
     const float lean = std::sqrt(std::max(1 - upright * upright, 0.f));
-    const float sink = ring.radius * std::min(lean / std::max(upright, 1e-3f), 1.f);
+    const float sink = widest * ring.radius * std::min(lean / std::max(upright, 1e-3f), 1.f);
     ring.centre -= ring.tangent * sink;
     ring.along -= sink;
 }
@@ -396,11 +426,11 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
     sampleAxis(startOf(plan, segment, tube.collar), plan.rounding, scratch.joints, scratch.points);
 
     const float startRadius = scratch.points[0].radius;
-    const RootFlare flare = rootFlareOf(plan, segment);
+    tube.roots = rootFlareOf(plan, segment);
     const bool isBranch = tube.collar.parentRadius > 0;
-    const Stations stations = isBranch ? layCollar(plan, tube.collar) : flareStations(flare);
+    const Stations stations = isBranch ? layCollar(plan, tube.collar) : flareStations(tube.roots);
     const auto shaped = [&](CurvePoint point, bool pinned) {
-        flare.widen(point);
+        widen(tube.roots, point);
         if (isBranch)
             hideStart(tube.collar, point, startRadius);
         TubeRing ring = ringAt(point);
@@ -428,16 +458,22 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
     }
     thickest = std::max(thickest, scratch.rings[tube.firstRing].radius);
 
-    if (flare.share > 0)
-        sinkBase(scratch.rings[tube.firstRing]);
+    if (tube.roots.share > 0)
+        sinkBase(1 + tube.roots.depth * tube.roots.share / (1 + tube.roots.share), scratch.rings[tube.firstRing]);
     addCap(plan.settings, scratch.rings);
     const std::span<const TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
     const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points);
     tube.ringCount = static_cast<std::uint32_t>(rings.size());
     tube.sides = sidesFor(thickest, plan.settings);
     tube.repeats = std::max(1.f, std::floor(circumference / plan.tile + 0.5f));
-    tube.repeatsPerMetre = 1 / std::max(circumference / tube.repeats, plan.tile / kFinestBark);
-    tube.baseVertices = tube.collar.isLaid ? tube.sides + 1 : rings[0].radius > 0 ? tube.sides : 0;
+    const auto tall = static_cast<float>(tileHeightOf(plan.bark));
+    tube.repeatsPerMetre = 1 / (tall * std::max(circumference / tube.repeats, plan.tile / kFinestBark));
+    tube.lean = kSpiralGrain * tall;
+    giveSides(plan.settings, startRadius, tube.roots, tube.sides);
+    // Between buttresses a lid is hollow, so it has a middle.
+    tube.baseVertices = tube.collar.isLaid || tube.roots.depth > 0 ? tube.sides + 1
+                        : rings[0].radius > 0                      ? tube.sides
+                                                                   : 0;
     scratch.tubes.push_back(tube);
 }
 
@@ -454,7 +490,6 @@ TubeSettings clamped(TubeSettings settings) noexcept
     settings.collarFlare = clampedTo(settings.collarFlare, 0, 4);
     settings.collarLength = clampedTo(settings.collarLength, 0, 20);
     settings.rootFlare = clampedTo(settings.rootFlare, 0, 4);
-    settings.rootFlareLength = clampedTo(settings.rootFlareLength, 0, 20);
     return settings;
 }
 

@@ -10,7 +10,8 @@ struct TubePlan
     const Skeleton& skeleton;
     TubeSettings settings; ///< Clamped.
     AxisRounding rounding;
-    float tile;
+    const BarkAppearance& bark;
+    float tile; ///< Metres round the wood, clamped.
     TubeScratch& scratch;
 };
 

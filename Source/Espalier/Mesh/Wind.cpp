@@ -67,7 +67,7 @@ float nearestOn(const Skeleton& skeleton, std::uint32_t segment, const Vec3& pos
 
 /// Signed unit square of the octahedral map of directions (Cigolle et al., "A survey of efficient representations for
 /// independent unit vectors", JCGT 3(2), 2014).
-std::uint32_t packedFacing(const Vec3& direction)
+std::uint16_t packedFacing(const Vec3& direction)
 {
     const float sum = std::abs(direction.x) + std::abs(direction.y) + std::abs(direction.z);
     float u = sum > 0 ? direction.x / sum : 0;
@@ -81,7 +81,7 @@ std::uint32_t packedFacing(const Vec3& direction)
     const auto bits = [](float x) {
         return static_cast<std::uint32_t>(std::clamp((x * 0.5f + 0.5f) * 63 + 0.5f, 0.f, 63.f));
     };
-    return bits(u) << 8 | bits(v) << 14;
+    return static_cast<std::uint16_t>(bits(u) | bits(v) << 6);
 }
 
 class WindReader
@@ -138,8 +138,8 @@ private:
                 if (parent != kNoSegment)
                     element.parent = scratch_.axisOf[parent];
                 element.phase =
-                    static_cast<float>(RandomKey(kAxisPlaces).child(scratch_.places[i]).bits(Purpose::Sampling) >> 40) *
-                    0x1p-24f;
+                    static_cast<float>(RandomKey(kAxisPlaces).child(scratch_.places[i]).bits(Purpose::Sampling) >> 53) *
+                    0x1p-11f;
                 scratch_.axisOf[i] = static_cast<std::uint32_t>(wind_.elements.size());
                 if (parent == kNoSegment && (trunk == kNoElement || element.radius > wind_.elements[trunk].radius))
                     trunk = scratch_.axisOf[i];
@@ -370,12 +370,14 @@ private:
             vertex.boughBend = bends.bough;
             vertex.boughPhase = wind_.elements[foot.bough].phase;
             vertex.boughPivot = wind_.elements[foot.bough].pivot;
+            vertex.boughFacing = packedFacing(wind_.elements[foot.bough].direction);
         }
         if (foot.twig != kNoElement)
         {
             vertex.twigBend = bends.twig;
             vertex.twigPhase = wind_.elements[foot.twig].phase;
             vertex.twigPivot = wind_.elements[foot.twig].pivot;
+            vertex.twigFacing = packedFacing(wind_.elements[foot.twig].direction);
         }
         return vertex;
     }
@@ -421,7 +423,8 @@ private:
         {
             // Out of the blade as it lies, since normals may be bent towards the crown's outside.
             const Vec3 width = mesh_.positions[right] - mesh_.positions[left];
-            leaf.leaf |= packedFacing(directionOr(glm::cross(width, span), directionOr(normals, Vec3(0, 1, 0))));
+            const Vec3 facing = directionOr(glm::cross(width, span), directionOr(normals, Vec3(0, 1, 0)));
+            leaf.leaf |= std::uint32_t{packedFacing(facing)} << 8;
         }
         const float range = mesh_.uvs[tip].y - low;
         for (std::size_t i = first; i < end; ++i)
@@ -457,14 +460,19 @@ void WindVertices::clear() noexcept
     elements.clear();
 }
 
-Vec3 leafFacing(std::uint32_t leaf) noexcept
+Vec3 windDirection(std::uint32_t packed) noexcept
 {
-    const float u = static_cast<float>(leaf >> 8 & 63) * (2.f / 63) - 1;
-    const float v = static_cast<float>(leaf >> 14 & 63) * (2.f / 63) - 1;
+    const float u = static_cast<float>(packed & 63) * (2.f / 63) - 1;
+    const float v = static_cast<float>(packed >> 6 & 63) * (2.f / 63) - 1;
     const float y = 1 - std::abs(u) - std::abs(v);
     const float under = std::max(-y, 0.f);
     const Vec3 direction(u - (u >= 0 ? under : -under), y, v - (v >= 0 ? under : -under));
     return direction / std::sqrt(glm::dot(direction, direction));
+}
+
+Vec3 leafFacing(std::uint32_t leaf) noexcept
+{
+    return windDirection(leaf >> 8);
 }
 
 bool computeWind(const Skeleton& full, const TreeMesh& mesh, WindScratch& scratch, WindVertices& wind)

@@ -21,7 +21,7 @@ struct WindElement
     float extent = 0;                  ///< How far that is, metres.
     float radius = 0;                  ///< At its start, metres.
     float parentAlong = 0;             ///< WindVertex::along of its parent where it leaves, metres.
-    float phase = 0;                   ///< [0, 1), from its place (hashPlaces).
+    float phase = 0;                   ///< [0, 1) in steps of 1/2048, from its place (hashPlaces).
     std::uint16_t level = 0;           ///< 0 the trunk, 1 boughs, 2 twigs, 3 and more what hangs on these.
 
     friend bool operator==(const WindElement&, const WindElement&) = default;
@@ -41,6 +41,8 @@ struct WindVertex
     float twigPhase = 0;                ///< [0, 1)
     Vec3 boughPivot{0};                 ///< Metres; 0 where there is none.
     Vec3 twigPivot{0};                  ///< Metres; 0 where there is none.
+    std::uint16_t boughFacing = 0;      ///< Where the bough leads from its pivot, see windDirection; 0 without one.
+    std::uint16_t twigFacing = 0;       ///< Likewise of the twig.
     std::uint32_t element = kNoElement; ///< Its axis, in WindVertices::elements.
     /// Of a leaf: bits 0 to 7 its phase in 1/256, bits 8 to 13 and 14 to 19 the direction in which it beats, see
     /// leafFacing. 0 of wood.
@@ -97,6 +99,9 @@ struct WindScratch
 /// False, and `wind` empty, if the mesh has no sources (an empty one needs none) or one of another skeleton, or the
 /// skeleton is not sound. Linear time. Equal input gives equal bytes. Safe to call concurrently on different scratches.
 [[nodiscard]] bool computeWind(const Skeleton& full, const TreeMesh& mesh, WindScratch& scratch, WindVertices& wind);
+
+/// A direction out of 12 bits, about unit: octahedral map, u in bits 0 to 5 (-1 at 0, 1 at 63), v in bits 6 to 11.
+[[nodiscard]] Vec3 windDirection(std::uint32_t packed) noexcept;
 
 /// The direction in which a leaf beats, about unit: decoded from WindVertex::leaf.
 [[nodiscard]] Vec3 leafFacing(std::uint32_t leaf) noexcept;

@@ -12,9 +12,10 @@
 namespace espalier {
 namespace {
 
-constexpr float kTrunkAngle = 0.16f;
-constexpr float kBoughAngle = 0.2f;
-constexpr float kTwigShare = 1.1f; ///< Of the boughs' angle.
+constexpr float kTrunkAngle = 0.28f; ///< Of a tree kSlender times as high as thick; stouter ones lean less.
+constexpr float kSlender = 30;
+constexpr float kBoughAngle = 0.5f;
+constexpr float kTwigShare = 1.5f; ///< Of the boughs' angle.
 constexpr float kTwigHaste = 1.9f; ///< Of the boughs' rate.
 constexpr float kFlutter = 0.18f;
 
@@ -47,17 +48,22 @@ float lagAt(const Vec3& place)
     return fraction(0.137f * place.x + 0.219f * place.z);
 }
 
-/// Half the turn of a branch that bends by `bend`: it nods with the wind, sways across it and swings round.
-Vec3 branchTurn(float bend, float phase, float angle, float rate, const Vec3& pivot, const WindWeather& weather)
+/// Half the turn of a branch that bends by `bend` and leads where `facing` says: the wind pushes it to leeward, so what
+/// hangs is lifted and what stands across is swept back, as its drag would turn it, and less the further it has turned
+/// already; about there it nods, sways across the wind and swings round.
+Vec3 branchTurn(float bend, std::uint32_t facing, float phase, float angle, float rate, const Vec3& pivot,
+                const WindWeather& weather)
 {
     const Vec3 along = weather.direction;
+    const Vec3 push = glm::cross(windDirection(facing), along);
     const Vec3 lean(along.z, 0, -along.x);
     const float beat = rate * (1.2f + 0.8f * fraction(7 * phase)) * weather.time + phase + lagAt(weather.place);
-    const float nod = 0.25f + 0.55f * wave(beat);
-    const float sway = 0.45f * wave(0.77f * beat + fraction(13 * phase));
-    const float swing = 0.5f * wave(1.13f * beat + fraction(29 * phase));
+    const float yield = 0.65f + 0.25f * wave(beat);
+    const float nod = 0.2f * wave(beat + 0.2f);
+    const float sway = 0.25f * wave(0.77f * beat + fraction(13 * phase));
+    const float swing = 0.2f * wave(1.13f * beat + fraction(29 * phase));
     const float size = 0.5f * angle * bend * loadAt(weather.place + pivot, weather);
-    return size * (nod * lean + sway * along + Vec3(0, swing, 0));
+    return size * (yield * push + nod * lean + sway * along + Vec3(0, swing, 0));
 }
 
 /// Half the turn of the whole tree.
@@ -112,7 +118,8 @@ WindResponse windResponse(const Skeleton& full, const WindAppearance& wind) noex
             radius = std::max(radius, full.startRadii[i]);
     const float height = std::max(full.maxY - full.minY, 0.1f);
     const float rate = 0.0766f + 3.1219f * (200 * radius) / (height * height);
-    return {.trunkAngle = kTrunkAngle * wind.trunk,
+    const float slenderness = height / (kSlender * std::max(2 * radius, 1e-3f));
+    return {.trunkAngle = kTrunkAngle * wind.trunk * std::clamp(std::sqrt(slenderness), 0.5f, 1.25f),
             .boughAngle = kBoughAngle * wind.boughs,
             .flutter = kFlutter * wind.flutter,
             .rate = std::clamp(rate, 0.12f, 0.5f)};
@@ -122,9 +129,10 @@ WindTurns windTurns(const WindVertex& vertex, const WindWeather& weather, const 
 {
     const float angle = response.boughAngle;
     return {.leaf = leafBeat(vertex, weather, response),
-            .twig = branchTurn(vertex.twigBend, vertex.twigPhase, kTwigShare * angle, kTwigHaste * response.rate,
-                               vertex.twigPivot, weather),
-            .bough = branchTurn(vertex.boughBend, vertex.boughPhase, angle, response.rate, vertex.boughPivot, weather),
+            .twig = branchTurn(vertex.twigBend, vertex.twigFacing, vertex.twigPhase, kTwigShare * angle,
+                               kTwigHaste * response.rate, vertex.twigPivot, weather),
+            .bough = branchTurn(vertex.boughBend, vertex.boughFacing, vertex.boughPhase, angle, response.rate,
+                                vertex.boughPivot, weather),
             .trunk = trunkTurn(vertex.trunkBend, weather, response)};
 }
 

@@ -20,11 +20,12 @@ void fillGeneric(const WindVertices& wind, WindChannels& channels)
     for (const WindVertex& vertex : wind.vertices)
     {
         const auto level = static_cast<float>(std::min<std::uint16_t>(vertex.level, 15));
-        channels.texcoords[0].emplace_back(vertex.trunkBend, vertex.boughPhase);
+        channels.texcoords[0].emplace_back(vertex.trunkBend,
+                                           static_cast<float>(vertex.boughFacing) + vertex.boughPhase);
         channels.texcoords[1].emplace_back(vertex.boughBend, vertex.flutter);
         channels.texcoords[2].emplace_back(vertex.boughPivot.x, vertex.boughPivot.y);
         channels.texcoords[3].emplace_back(vertex.boughPivot.z, level + static_cast<float>(vertex.leaf) * 0x1p-20f);
-        channels.texcoords[4].emplace_back(vertex.twigBend, vertex.twigPhase);
+        channels.texcoords[4].emplace_back(vertex.twigBend, static_cast<float>(vertex.twigFacing) + vertex.twigPhase);
         channels.texcoords[5].emplace_back(vertex.twigPivot.x, vertex.twigPivot.y);
         channels.texcoords[6].emplace_back(vertex.twigPivot.z, vertex.edge);
     }

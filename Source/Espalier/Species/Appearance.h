@@ -20,20 +20,47 @@ enum class BarkKind : std::uint8_t
     Smooth,   ///< Hardly any relief: beech.
 };
 
+/// The most that a tile of bark may be higher than wide.
+inline constexpr std::uint32_t kMaxTileHeight = 4;
+
+inline constexpr std::uint32_t kMaxRootLobes = 12;
+
 /// The skin of a species' wood. Colours are linear RGB in [0, 1].
 struct BarkAppearance
 {
     Vec3 colour{0.185f, 0.148f, 0.115f}; ///< Mean of the bark.
-    float roughness = 0.9f;              ///< Mean. [0, 1], as in glTF.
-    float tile = 0.5f;                   ///< Metres of bark that one repeat of the texture shows. [0.001, 100]
+    float roughness = 0.9f;              ///< Mean. [0, 1], as in glTF; see usualRoughness.
+    float tile = 0.6f;            ///< Metres of bark round the wood that one repeat of the texture shows. [0.001, 100]
+    std::uint32_t tileHeight = 4; ///< How many times as much it shows along the wood: 1, 2 or 4 (3 is as 2). 1 for
+                                  ///< square textures of one's own.
     BarkKind kind = BarkKind::Furrowed;
     float relief = 0.02f; ///< Metres between the deepest furrow and the highest ridge. [0, 0.5]
     /// What young wood is tinted by, on top of the bark's colour. White: twigs look like the trunk. [0, 1] each
     Vec3 youngTint{1};
     float youngRadius = 0; ///< Metres: the tint is whole on wood this thin, gone on wood three times as thick. [0, 10]
+    float shade = 0.45f;   ///< How much darker wood is where the crown lets no light through. [0, 1]
+
+    // How a trunk runs out into its roots.
+    float rootFlare = 0.5f;      ///< How much wider it is at the ground, in its radii. [0, 4]
+    float rootLength = 5;        ///< Over what height that fades, in its radii. [0, 20]
+    std::uint32_t rootLobes = 5; ///< Buttresses round it; fewer than 3: it is round. [0, kMaxRootLobes]
+    float rootDepth = 1;         ///< How far they stand out and hollows lie back, as a share of the flare. [0, 2]
 
     friend bool operator==(const BarkAppearance&, const BarkAppearance&) = default;
 };
+
+/// BarkAppearance::tileHeight as it is meant: a power of two, whatever is written there.
+[[nodiscard]] constexpr std::uint32_t tileHeightOf(const BarkAppearance& bark) noexcept
+{
+    return bark.tileHeight >= 4 ? 4 : bark.tileHeight >= 2 ? 2 : 1;
+}
+
+/// What a file's bark has that does not say it: birches shine like satin, beeches and other young skin a little, cork
+/// and scales not at all.
+[[nodiscard]] constexpr float usualRoughness(BarkKind kind) noexcept
+{
+    return kind == BarkKind::Papery ? 0.5f : kind == BarkKind::Smooth ? 0.65f : kind == BarkKind::Ringed ? 0.85f : 0.9f;
+}
 
 /// Outlines of leaves; see LeafOutline.h.
 enum class LeafShape : std::uint8_t

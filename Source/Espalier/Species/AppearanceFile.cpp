@@ -71,10 +71,16 @@ const std::array kBarkKeys{
     Key<BarkAppearance>{"colour", &BarkAppearance::colour, 0, 1, Unit::Plain, Mention::Always},
     Key<BarkAppearance>{"roughness", &BarkAppearance::roughness, 0, 1, Unit::Plain, Mention::Always},
     Key<BarkAppearance>{"tile", &BarkAppearance::tile, 1e-3, 100, Unit::Plain, Mention::Always},
+    Key<BarkAppearance>{"tileHeight", &BarkAppearance::tileHeight, 1, kMaxTileHeight},
     Key<BarkAppearance>{"kind", &BarkAppearance::kind},
     Key<BarkAppearance>{"relief", &BarkAppearance::relief, 0, 0.5},
     Key<BarkAppearance>{"youngTint", &BarkAppearance::youngTint},
     Key<BarkAppearance>{"youngRadius", &BarkAppearance::youngRadius, 0, 10},
+    Key<BarkAppearance>{"shade", &BarkAppearance::shade},
+    Key<BarkAppearance>{"rootFlare", &BarkAppearance::rootFlare, 0, 4},
+    Key<BarkAppearance>{"rootLength", &BarkAppearance::rootLength, 0, 20},
+    Key<BarkAppearance>{"rootLobes", &BarkAppearance::rootLobes, 0, kMaxRootLobes},
+    Key<BarkAppearance>{"rootDepth", &BarkAppearance::rootDepth, 0, 2},
 };
 
 const std::array kLeafKeys{
@@ -246,6 +252,14 @@ Expected<void> readList(const Value& value, std::string_view role, std::size_t l
     return {};
 }
 
+Expected<void> readBark(const Value& value, BarkAppearance& bark)
+{
+    return readObject(value, "bark", kBarkKeys, bark).map([&] {
+        if (!value["roughness"].exists())
+            bark.roughness = usualRoughness(bark.kind);
+    });
+}
+
 Expected<void> readSeason(const Value& value, std::string_view name, Season& season)
 {
     season.name = name;
@@ -396,7 +410,7 @@ Expected<void> readAppearance(const Value& value, Appearance& appearance, PipeMo
     Fields fields(value);
     if (pipes)
         fields.read("pipes", [&](const Value& v) { return readObject(v, "pipes", kPipeKeys, *pipes); });
-    return fields.read("bark", [&](const Value& v) { return readObject(v, "bark", kBarkKeys, appearance.bark); })
+    return fields.read("bark", [&](const Value& v) { return readBark(v, appearance.bark); })
         .read("leaves",
               [&](const Value& v) {
                   return readList(v, "leaves", 0, kMaxLeafKinds, appearance.leaves,

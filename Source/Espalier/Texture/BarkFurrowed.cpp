@@ -7,49 +7,49 @@
 
 namespace espalier {
 
-BarkPattern furrowedBark(std::uint32_t size, std::uint32_t threads)
+BarkPattern furrowedBark(BarkSize size, std::uint32_t threads)
 {
-    const TileNoise wander(3, 2, 11);
-    const TileFractal wobble(9, 5, 3, 12);
-    const TileFractal tear(44, 26, 2, 13);
-    const TileCells plates(9, 3, 1, 14);
-    const TileCells cracks(19, 16, 1, 15);
-    const TileNoise openness(6, 4, 16);
-    const TileFractal cork(26, 9, 4, 17);
-    const TileFractal fissures(42, 7, 2, 21);
-    const TileFractal grain(150, 60, 2, 18);
-    const TileFractal weather(4, 3, 3, 19);
-    const TileFractal lichen(9, 9, 4, 20);
+    const TileNoise wander(4, 3, 11, size.tall);
+    const TileFractal wobble(13, 8, 3, 12, size.tall);
+    const TileFractal tear(66, 39, 2, 13, size.tall);
+    const TileCells plates(14, 4, 1, 14, size.tall);
+    const TileCells cracks(28, 24, 1, 15, size.tall);
+    const TileNoise openness(8, 5, 16, size.tall);
+    const TileFractal cork(39, 13, 4, 17, size.tall);
+    const TileFractal fissures(63, 10, 2, 21, size.tall);
+    const TileFractal grain(190, 85, 2, 18, size.tall);
+    const TileFractal weather(5, 4, 3, 19, size.tall);
+    const TileFractal lichen(13, 13, 4, 20, size.tall);
 
     BarkPattern bark(size);
     bark.shading = 0.75f;
     forEachBarkRow(size, threads, [&](const BarkRow& row) {
-        const NoiseRow tears(tear, row.v, size);
-        const NoiseRow wobbles(wobble, row.v, size);
-        const NoiseRow wanders(wander, row.v, size);
-        const NoiseRow wandersUp(wander, row.v + 0.5f, size);
-        const NoiseRow opens(openness, row.v, size);
-        const NoiseRow grains(grain, row.v, size);
-        const NoiseRow weathers(weather, row.v, size);
-        const NoiseRow lichens(lichen, row.v, size);
-        for (std::uint32_t x = 0; x < size; ++x)
+        const NoiseRow tears(tear, row.v, row.width);
+        const NoiseRow wobbles(wobble, row.v, row.width);
+        const NoiseRow wanders(wander, row.v, row.width);
+        const NoiseRow wandersUp(wander, row.v + 0.5f, row.width);
+        const NoiseRow opens(openness, row.v, row.width);
+        const NoiseRow grains(grain, row.v, row.width);
+        const NoiseRow weathers(weather, row.v, row.width);
+        const NoiseRow lichens(lichen, row.v, row.width);
+        for (std::uint32_t x = 0; x < row.width; ++x)
         {
             const std::size_t i = row.index(x);
             const Vec2 uv = row.uv(x);
             const float teeth = tears[x];
             const float wave = wobbles[x];
-            const Vec2 at(uv.x + 0.035f * wanders[x] + 0.021f * wave + 0.006f * teeth,
-                          uv.y + 0.05f * wandersUp[x] + 0.02f * wave - 0.008f * teeth);
+            const Vec2 at(uv.x + 0.024f * wanders[x] + 0.014f * wave + 0.004f * teeth,
+                          uv.y + 0.034f * wandersUp[x] + 0.0135f * wave - 0.0054f * teeth);
             const float open = opens[x];
 
             float ridge = 1;
             float dome = 1;
-            constexpr float kReach = 0.05f;
+            constexpr float kReach = 0.033f;
             const auto furrow = [&](float distance, float steepness, float random) {
                 const float along = steepness * steepness;
                 const float depth =
                     mixed(0.12f, 1.f, along) * std::clamp(0.85f + 0.4f * open + 0.3f * (random - 0.5f), 0.2f, 1.f);
-                const float width = mixed(0.012f, 0.027f, along) * (0.85f + 0.45f * open + 0.3f * random);
+                const float width = mixed(0.008f, 0.018f, along) * (0.85f + 0.45f * open + 0.3f * random);
                 const float t = std::min(distance / width, 1.f);
                 const float flank = t * (2 - t);
                 ridge = std::min(ridge, 1 - depth * (1 - flank * t));
@@ -58,18 +58,18 @@ BarkPattern furrowedBark(std::uint32_t size, std::uint32_t threads)
             const TileCells::Cell plate = plates.visit(at, kReach, furrow);
 
             float crack = 0;
-            const Vec2 cracked(at.x + 0.004f * teeth, at.y + 0.16f * plate.random + 0.02f * wave);
+            const Vec2 cracked(at.x + 0.0027f * teeth, at.y + 0.11f * plate.random + 0.0135f * wave);
             const auto split = [&](float distance, float steepness, float random) {
                 const float across = 1 - steepness * steepness;
-                const float t = std::min(distance / (0.003f + 0.006f * across), 1.f);
+                const float t = std::min(distance / (0.002f + 0.004f * across), 1.f);
                 crack =
                     std::max(crack, (0.1f + 0.9f * across) * smoothStep(0.25f, 0.9f, random + 0.35f * open) * (1 - t));
             };
-            const TileCells::Cell scale = cracks.visit(cracked, 0.01f, split);
+            const TileCells::Cell scale = cracks.visit(cracked, 0.0067f, split);
 
-            const float layers = cork.at({at.x, at.y + 0.3f * plate.random});
+            const float layers = cork.at({at.x, at.y + 0.2f * plate.random});
             const float fissure =
-                (1 - smoothStep(0, 0.24f, std::abs(fissures.at({at.x + 0.1f * plate.random, at.y})))) *
+                (1 - smoothStep(0, 0.24f, std::abs(fissures.at({at.x + 0.07f * plate.random, at.y})))) *
                 smoothStep(-0.5f, 0.5f, layers);
             const float rough = grains[x];
             // Cork stands in layers: flanks are steps rather than slopes.

@@ -21,15 +21,16 @@ struct Feature
     }
 };
 
-void drawPores(BarkPattern& bark, std::uint32_t size)
+void drawPores(BarkPattern& bark, BarkSize size)
 {
-    constexpr std::uint32_t kRows = 56;
-    const TileNoise ragged(50, 90, 96);
-    for (std::uint32_t i = 0; i < 4 * kRows; ++i)
+    constexpr std::uint32_t kRows = 56; // in a width
+    const std::uint32_t rows = kRows * size.tall;
+    const TileNoise ragged(50, 90, 96, size.tall);
+    for (std::uint32_t i = 0; i < 4 * rows; ++i)
     {
         const Feature pore(91, i);
         // Rows keep them apart; most are short, a few are long.
-        const float row = (static_cast<float>(i % kRows) + pore.draw(0.1, 0.9, 0)) / kRows;
+        const float row = (static_cast<float>(i % rows) + pore.draw(0.1, 0.9, 0)) / kRows;
         const Vec2 middle(pore.draw(0, 1, 1), row);
         const float longer = pore.draw(0, 1, 2);
         const Vec2 half(0.006f + 0.055f * longer * longer * longer,
@@ -50,11 +51,11 @@ void drawPores(BarkPattern& bark, std::uint32_t size)
     }
 }
 
-void drawTornPatches(BarkPattern& bark, std::uint32_t size)
+void drawTornPatches(BarkPattern& bark, BarkSize size)
 {
-    const TileFractal ragged(11, 70, 4, 97);
-    const TileNoise fibres(24, 150, 98);
-    for (std::uint32_t i = 0; i < 7; ++i)
+    const TileFractal ragged(11, 70, 4, 97, size.tall);
+    const TileNoise fibres(24, 150, 98, size.tall);
+    for (std::uint32_t i = 0; i < 7 * size.tall; ++i)
     {
         const Feature patch(92, i);
         const Vec2 middle(patch.draw(0, 1, 0), (static_cast<float>(i) + patch.draw(0.1, 0.9, 1)) / 7);
@@ -78,29 +79,45 @@ void drawTornPatches(BarkPattern& bark, std::uint32_t size)
     }
 }
 
-void drawScars(BarkPattern& bark, std::uint32_t size)
+void drawScars(BarkPattern& bark, BarkSize size)
 {
-    const TileFractal edge(13, 24, 4, 99);
-    const TileFractal crust(40, 60, 3, 100);
+    const TileFractal edge(13, 24, 4, 99, size.tall);
+    const TileFractal crust(40, 60, 3, 100, size.tall);
+    // No two alike, none above another, at uneven heights: what repeats is seen from afar.
     struct Scar
     {
         Vec2 middle;
         Vec2 half;
+        float droop; // of the brows
+        float round; // of the eye: below 1 a slit
+        float turn;
     };
     constexpr Scar kScars[] = {
-        {{0.27f, 0.71f}, {0.17f, 0.11f}}, {{0.78f, 0.36f}, {0.125f, 0.085f}}, {{0.52f, 0.07f}, {0.075f, 0.05f}}};
+        {{0.27f, 0.71f}, {0.17f, 0.11f}, 0.85f, 1.0f, 0.05f},   {{0.83f, 1.06f}, {0.06f, 0.035f}, 0.4f, 0.6f, -0.1f},
+        {{0.56f, 1.60f}, {0.13f, 0.075f}, 1.1f, 0.75f, -0.12f}, {{0.05f, 1.87f}, {0.045f, 0.04f}, 0.7f, 1.2f, 0.1f},
+        {{0.38f, 2.23f}, {0.07f, 0.045f}, 0.95f, 0.8f, 0.15f},  {{0.91f, 2.62f}, {0.20f, 0.13f}, 0.8f, 1.15f, -0.06f},
+        {{0.60f, 2.85f}, {0.04f, 0.022f}, 0.3f, 0.5f, 0.0f},    {{0.17f, 3.37f}, {0.11f, 0.085f}, 1.0f, 0.9f, 0.12f},
+        {{0.68f, 3.79f}, {0.09f, 0.05f}, 0.6f, 0.65f, 0.18f},   {{0.48f, 0.22f}, {0.05f, 0.028f}, 0.5f, 0.7f, -0.08f},
+        {{0.72f, 0.55f}, {0.035f, 0.03f}, 0.8f, 1.1f, 0.0f},    {{0.14f, 1.33f}, {0.09f, 0.06f}, 0.9f, 0.9f, 0.1f},
+        {{0.78f, 2.04f}, {0.055f, 0.03f}, 0.5f, 0.6f, 0.16f},   {{0.10f, 2.50f}, {0.035f, 0.02f}, 0.4f, 0.8f, 0.0f},
+        {{0.80f, 3.21f}, {0.12f, 0.08f}, 1.0f, 1.0f, -0.1f},    {{0.44f, 3.60f}, {0.04f, 0.03f}, 0.6f, 1.1f, 0.05f}};
     for (const Scar& scar : kScars)
-        forEachTexelRound(size, scar.middle, 1.2f * scar.half, [&](std::size_t texel, Vec2 wide) {
-            const Vec2 local = 1.2f * wide;
-            const Vec2 uv = scar.middle + local * scar.half;
+    {
+        if (scar.middle.y >= static_cast<float>(size.tall))
+            continue;
+        const Vec2 half = 1.25f * scar.half;
+        forEachTexelRound(size, scar.middle, 1.2f * half, [&](std::size_t texel, Vec2 wide) {
+            const Vec2 out = 1.2f * wide;
+            const Vec2 uv = scar.middle + out * half;
+            const Vec2 local(out.x, out.y - scar.turn * out.x);
             const float fringe = edge.at(uv);
             const float rough = crust.at(uv);
             // Two brows droop from above an eye; all is torn.
             const float away = std::abs(local.x);
-            const float brow =
-                0.17f * std::sqrt(std::max(0.f, 1 - away)) - std::abs(local.y - 0.42f + 0.85f * away * std::sqrt(away));
-            const float eye =
-                0.44f - std::sqrt(1.2f * local.x * local.x + 2.2f * (local.y + 0.02f) * (local.y + 0.02f));
+            const float brow = 0.17f * std::sqrt(std::max(0.f, 1 - away)) -
+                               std::abs(local.y - 0.42f + scar.droop * away * std::sqrt(away));
+            const float eye = 0.44f * scar.round - std::sqrt(1.2f * scar.round * local.x * local.x +
+                                                             2.2f * (local.y + 0.02f) * (local.y + 0.02f));
             const float inside = std::max(brow, eye) + 0.20f * fringe + 0.08f * rough;
             const float fading = std::max(0.f, 1 - (wide.x * wide.x + wide.y * wide.y));
             const float dark = smoothStep(0, 0.09f, inside) * std::min(1.f, 4 * fading);
@@ -110,28 +127,29 @@ void drawScars(BarkPattern& bark, std::uint32_t size)
             bark.colour[texel] = mixed(bark.colour[texel], crusted, 0.96f * dark);
             bark.height.values[texel] +=
                 dark * (0.10f + 0.42f * rough) + 0.06f * smoothStep(-0.25f, 0, inside) * fading;
-            bark.roughness.values[texel] *= 1 + 0.25f * dark;
+            bark.roughness.values[texel] *= 1 + 0.6f * dark;
         });
+    }
 }
 
 } // namespace
 
-BarkPattern paperyBark(std::uint32_t size, std::uint32_t threads)
+BarkPattern paperyBark(BarkSize size, std::uint32_t threads)
 {
-    const TileNoise sway(3, 4, 81);
-    const TileFractal bands(2, 9, 3, 82);
-    const TileNoise streaks(6, 90, 83);
-    const TileNoise hairs(14, 230, 84);
-    const TileFractal chalk(5, 6, 5, 85);
-    const TileFractal grain(90, 150, 2, 86);
+    const TileNoise sway(3, 4, 81, size.tall);
+    const TileFractal bands(2, 9, 3, 82, size.tall);
+    const TileNoise streaks(6, 90, 83, size.tall);
+    const TileNoise hairs(14, 230, 84, size.tall);
+    const TileFractal chalk(5, 6, 5, 85, size.tall);
+    const TileFractal grain(90, 150, 2, 86, size.tall);
 
     BarkPattern bark(size);
     bark.shading = 0.6f;
     forEachBarkRow(size, threads, [&](const BarkRow& row) {
-        const NoiseRow sways(sway, row.v, size);
-        const NoiseRow dusts(chalk, row.v, size);
-        const NoiseRow grains(grain, row.v, size);
-        for (std::uint32_t x = 0; x < size; ++x)
+        const NoiseRow sways(sway, row.v, row.width);
+        const NoiseRow dusts(chalk, row.v, row.width);
+        const NoiseRow grains(grain, row.v, row.width);
+        for (std::uint32_t x = 0; x < row.width; ++x)
         {
             const std::size_t i = row.index(x);
             const Vec2 uv = row.uv(x);

@@ -4,44 +4,45 @@
 #include <Espalier/Core/Random.h>
 #include <Espalier/Texture/BarkPattern.h>
 #include <Espalier/Texture/TileNoise.h>
-#include <array>
 
 namespace espalier {
 
-BarkPattern ringedBark(std::uint32_t size, std::uint32_t threads)
+BarkPattern ringedBark(BarkSize size, std::uint32_t threads)
 {
-    constexpr std::uint32_t kRings = 7;
-    const TileNoise sway(2, 3, 71);
-    const TileNoise wobble(7, 7, 72);
-    const TileNoise tear(46, 14, 73);
-    const TileFractal fibres(90, 5, 2, 74);
-    const TileNoise strands(30, 3, 75);
-    const TileNoise splits(26, 9, 76);
-    const TileFractal grain(120, 90, 2, 77);
-    const TileFractal weather(3, 4, 4, 78);
+    constexpr std::uint32_t kRings = 7; // in a width
+    const std::uint32_t rings = kRings * size.tall;
+    const float perTall = 1 / static_cast<float>(size.tall);
+    const TileNoise sway(2, 3, 71, size.tall);
+    const TileNoise wobble(7, 7, 72, size.tall);
+    const TileNoise tear(46, 14, 73, size.tall);
+    const TileFractal fibres(90, 5, 2, 74, size.tall);
+    const TileNoise strands(30, 3, 75, size.tall);
+    const TileNoise splits(26, 9, 76, size.tall);
+    const TileFractal grain(120, 90, 2, 77, size.tall);
+    const TileFractal weather(3, 4, 4, 78, size.tall);
 
-    std::array<float, kRings> shade;
+    std::vector<float> shade(rings);
     const RandomKey key(Seed{79});
-    for (std::uint32_t ring = 0; ring < kRings; ++ring)
+    for (std::uint32_t ring = 0; ring < rings; ++ring)
         shade[ring] = static_cast<float>(key.child(ring).uniform(Purpose::Sampling));
 
     BarkPattern bark(size);
     bark.shading = 0.8f;
     forEachBarkRow(size, threads, [&](const BarkRow& row) {
-        const NoiseRow sways(sway, row.v, size);
-        const NoiseRow wobbles(wobble, row.v, size);
-        const NoiseRow wears(wobble, row.v + 0.5f, size);
-        const NoiseRow tears(tear, row.v, size);
-        const NoiseRow grains(grain, row.v, size);
-        const NoiseRow weathers(weather, row.v, size);
-        for (std::uint32_t x = 0; x < size; ++x)
+        const NoiseRow sways(sway, row.v, row.width);
+        const NoiseRow wobbles(wobble, row.v, row.width);
+        const NoiseRow wears(wobble, row.v + 0.5f, row.width);
+        const NoiseRow tears(tear, row.v, row.width);
+        const NoiseRow grains(grain, row.v, row.width);
+        const NoiseRow weathers(weather, row.v, row.width);
+        for (std::uint32_t x = 0; x < row.width; ++x)
         {
             const std::size_t i = row.index(x);
             const Vec2 uv = row.uv(x);
             const float wave = wobbles[x];
             const float teeth = tears[x];
             const CellPlace ring =
-                cellPlace(uv.y + 0.06f + 0.045f * sways[x] + 0.012f * wave + 0.0035f * teeth, kRings);
+                cellPlace(perTall * (uv.y + 0.06f + 0.045f * sways[x] + 0.012f * wave + 0.0035f * teeth), rings);
             const float up = ring.inside; // 0 in the groove above a ledge, 1 on the ledge's brink
             const Vec2 at(uv.x + 0.006f * wave, uv.y);
             const float fibre = fibres.at({at.x + 0.31f * shade[ring.cell], at.y});

@@ -16,13 +16,13 @@ struct Flakes
     Field random; ///< [0, 1), the flake's own.
 };
 
-/// `columns` by `columns` flakes over what is there, of about `size` of their share of the tile. They leave gaps where
-/// `size` is small. What lies at the rim is bent by `bend` and `bendUp`.
-void layFlakes(std::uint64_t seed, std::uint32_t columns, float size, Vec2 levels, const Field& bend,
+/// Flakes over what is there, `columns` a tile's width either way, of about `share` of their room. They leave gaps
+/// where `share` is small. What lies at the rim is bent by `bend` and `bendUp`.
+void layFlakes(BarkSize size, std::uint64_t seed, std::uint32_t columns, float share, Vec2 levels, const Field& bend,
                const Field& bendUp, Flakes& flakes)
 {
     const RandomKey key(Seed{seed});
-    const std::uint32_t count = columns * columns;
+    const std::uint32_t count = columns * columns * size.tall;
     std::vector<std::uint32_t> order(count);
     permutation(order, key);
     for (std::uint32_t i = 0; i < count; ++i)
@@ -34,13 +34,13 @@ void layFlakes(std::uint64_t seed, std::uint32_t columns, float size, Vec2 level
         const auto cells = static_cast<float>(columns);
         const Vec2 middle((static_cast<float>(order[i] % columns) + draw(0, 1, 0)) / cells,
                           (static_cast<float>(order[i] / columns) + draw(0, 1, 1)) / cells);
-        const float radius = size / cells * draw(0.75, 1.3, 2);
+        const float radius = share / cells * draw(0.75, 1.3, 2);
         const Vec2 half(radius, radius * draw(0.85, 1.35, 3));
         const Vec2 tilt(draw(-0.3, 0.3, 4), draw(-0.45, 0.1, 5));
         const float random = draw(0, 1, 6);
         const float level = mixed(levels.x, levels.y, static_cast<float>(i) / static_cast<float>(count));
         constexpr float kRoom = 1.35f; // for rims that bend outwards
-        forEachTexelRound(flakes.level.width, middle, kRoom * half, [&](std::size_t texel, Vec2 local) {
+        forEachTexelRound(size, middle, kRoom * half, [&](std::size_t texel, Vec2 local) {
             const Vec2 at = kRoom * local + Vec2(bend.values[texel], bendUp.values[texel]) / (cells * half);
             const float squared = at.x * at.x + at.y * at.y;
             if (squared >= 1)
@@ -54,37 +54,38 @@ void layFlakes(std::uint64_t seed, std::uint32_t columns, float size, Vec2 level
 
 } // namespace
 
-BarkPattern scalyBark(std::uint32_t size, std::uint32_t threads)
+BarkPattern scalyBark(BarkSize size, std::uint32_t threads)
 {
-    const TileFractal wobble(15, 15, 3, 32);
-    const TileFractal grain(60, 52, 3, 36);
-    const TileNoise layers(26, 30, 38);
-    const TileFractal weather(3, 3, 4, 37);
+    const TileFractal wobble(15, 15, 3, 32, size.tall);
+    const TileFractal grain(60, 52, 3, 36, size.tall);
+    const TileNoise layers(26, 30, 38, size.tall);
+    const TileFractal weather(3, 3, 4, 37, size.tall);
 
-    Field bend(size, size);
-    Field bendUp(size, size);
+    Field bend(size.width, size.height());
+    Field bendUp(size.width, size.height());
     forEachBarkRow(size, threads, [&](const BarkRow& row) {
-        const NoiseRow wobbles(wobble, row.v, size);
-        const NoiseRow wobblesUp(wobble, row.v + 0.4f, size);
-        for (std::uint32_t x = 0; x < size; ++x)
+        const NoiseRow wobbles(wobble, row.v, row.width);
+        const NoiseRow wobblesUp(wobble, row.v + 0.4f, row.width);
+        for (std::uint32_t x = 0; x < row.width; ++x)
         {
             const std::size_t i = row.index(x);
             bend.values[i] = 0.42f * wobbles[x];
             bendUp.values[i] = 0.42f * wobblesUp[x];
         }
     });
-    Flakes flakes{Field(size, size, 0.05f), Field(size, size, 0.5f), Field(size, size, 0.5f)};
-    layFlakes(31, 15, 0.80f, {0.10f, 0.45f}, bend, bendUp, flakes);
-    layFlakes(33, 13, 0.62f, {0.30f, 0.62f}, bend, bendUp, flakes);
-    layFlakes(34, 24, 0.33f, {0.45f, 0.70f}, bend, bendUp, flakes);
+    Flakes flakes{Field(size.width, size.height(), 0.05f), Field(size.width, size.height(), 0.5f),
+                  Field(size.width, size.height(), 0.5f)};
+    layFlakes(size, 31, 15, 0.80f, {0.10f, 0.45f}, bend, bendUp, flakes);
+    layFlakes(size, 33, 13, 0.62f, {0.30f, 0.62f}, bend, bendUp, flakes);
+    layFlakes(size, 34, 24, 0.33f, {0.45f, 0.70f}, bend, bendUp, flakes);
 
     BarkPattern bark(size);
     bark.shading = 1;
     forEachBarkRow(size, threads, [&](const BarkRow& row) {
-        const NoiseRow grains(grain, row.v, size);
-        const NoiseRow weathers(weather, row.v, size);
-        const NoiseRow layerRow(layers, row.v, size);
-        for (std::uint32_t x = 0; x < size; ++x)
+        const NoiseRow grains(grain, row.v, row.width);
+        const NoiseRow weathers(weather, row.v, row.width);
+        const NoiseRow layerRow(layers, row.v, row.width);
+        for (std::uint32_t x = 0; x < row.width; ++x)
         {
             const std::size_t i = row.index(x);
             const float rough = grains[x];

@@ -6,25 +6,25 @@
 
 namespace espalier {
 
-BarkPattern smoothBark(std::uint32_t size, std::uint32_t threads)
+BarkPattern smoothBark(BarkSize size, std::uint32_t threads)
 {
-    const TileNoise wander(4, 5, 51);
-    const TileNoise wrinkles(7, 46, 52);
-    const TileNoise creases(16, 120, 53);
-    const TileFractal swelling(3, 4, 3, 54);
-    const TileFractal patches(5, 5, 5, 55);
-    const TileFractal stains(6, 3, 4, 56);
-    const TileFractal grain(110, 130, 2, 57);
+    const TileNoise wander(4, 5, 51, size.tall);
+    const TileNoise wrinkles(7, 46, 52, size.tall);
+    const TileNoise creases(16, 120, 53, size.tall);
+    const TileFractal swelling(3, 4, 3, 54, size.tall);
+    const TileFractal patches(5, 5, 5, 55, size.tall);
+    const TileFractal stains(6, 3, 4, 56, size.tall);
+    const TileFractal grain(110, 130, 2, 57, size.tall);
 
     BarkPattern bark(size);
     bark.shading = 0.5f;
     forEachBarkRow(size, threads, [&](const BarkRow& row) {
-        const NoiseRow wanders(wander, row.v, size);
-        const NoiseRow swellings(swelling, row.v, size);
-        const NoiseRow grains(grain, row.v, size);
-        const NoiseRow stainRow(stains, row.v, size);
-        const NoiseRow patchRow(patches, row.v, size);
-        for (std::uint32_t x = 0; x < size; ++x)
+        const NoiseRow wanders(wander, row.v, row.width);
+        const NoiseRow swellings(swelling, row.v, row.width);
+        const NoiseRow grains(grain, row.v, row.width);
+        const NoiseRow stainRow(stains, row.v, row.width);
+        const NoiseRow patchRow(patches, row.v, row.width);
+        for (std::uint32_t x = 0; x < row.width; ++x)
         {
             const std::size_t i = row.index(x);
             const Vec2 uv = row.uv(x);
@@ -52,13 +52,13 @@ BarkPattern smoothBark(std::uint32_t size, std::uint32_t threads)
     });
 
     const RandomKey key(Seed{58});
-    for (std::uint32_t pore = 0; pore < 240; ++pore)
+    for (std::uint32_t pore = 0; pore < 240 * size.tall; ++pore)
     {
         const RandomKey own = key.child(pore);
         const auto draw = [&](double low, double high, std::uint32_t counter) {
             return static_cast<float>(own.uniform(Purpose::Sampling, low, high, counter));
         };
-        const Vec2 middle(draw(0, 1, 0), draw(0, 1, 1));
+        const Vec2 middle(draw(0, 1, 0), draw(0, size.tall, 1));
         const Vec2 half(draw(0.003, 0.009, 2), draw(0.0018, 0.003, 3));
         const float ink = draw(0.2, 0.6, 4);
         forEachTexelRound(size, middle, half, [&](std::size_t i, Vec2 local) {

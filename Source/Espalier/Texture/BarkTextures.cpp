@@ -8,7 +8,7 @@
 namespace espalier {
 namespace {
 
-BarkPattern patternOf(BarkKind kind, std::uint32_t size, std::uint32_t threads)
+BarkPattern patternOf(BarkKind kind, BarkSize size, std::uint32_t threads)
 {
     switch (kind)
     {
@@ -24,6 +24,14 @@ BarkPattern patternOf(BarkKind kind, std::uint32_t size, std::uint32_t threads)
         return smoothBark(size, threads);
     }
     return smoothBark(size, threads);
+}
+
+/// As many texels as a square of `size` has, or half of them where it is twice as high as wide.
+BarkSize barkSizeOf(const BarkAppearance& bark, std::uint32_t size)
+{
+    const std::uint32_t side = std::bit_floor(std::clamp(size, kMinTextureSize, kMaxTextureSize));
+    const std::uint32_t tall = tileHeightOf(bark);
+    return {tall == 1 ? side : std::min(side / 2, kMaxTextureSize / tall), tall};
 }
 
 /// Share of the sky's light that reaches each texel, from how far it lies below what is round it.
@@ -49,14 +57,14 @@ Field openness(const Field& height, float depthOfTile)
 
 MaterialTextures makeBarkTextures(const BarkAppearance& bark, std::uint32_t size, std::uint32_t threads)
 {
-    const std::uint32_t side = std::bit_floor(std::clamp(size, kMinTextureSize, kMaxTextureSize));
+    const BarkSize side = barkSizeOf(bark, size);
     BarkPattern pattern = patternOf(bark.kind, side, threads);
     const std::size_t count = pattern.height.values.size();
-    const Image blank{side, side, 3, std::vector<std::uint8_t>(3 * count)};
+    const Image blank{side.width, side.height(), 3, std::vector<std::uint8_t>(3 * count)};
     MaterialTextures textures{blank, {}, blank};
 
     const float depthOfTile = bark.relief / bark.tile;
-    textures.normal = normalsOf(pattern.height, depthOfTile * static_cast<float>(side), threads);
+    textures.normal = normalsOf(pattern.height, depthOfTile * static_cast<float>(side.width), threads);
 
     // Colours show the shade of cavities even on bark without relief, where it is painted.
     const Field open = openness(pattern.height, depthOfTile);

@@ -20,8 +20,10 @@ struct MaterialTextures
 inline constexpr std::uint32_t kMinTextureSize = 16;
 inline constexpr std::uint32_t kMaxTextureSize = 4096;
 
-/// Bark, `size` texels square, that shows bark.tile metres and tiles in both directions: +v along the wood. The mean of
-/// its colour map in linear light is bark.colour. Equal input gives equal bytes, from any number of `threads` (0: one
+/// Bark that shows bark.tile metres by bark.tileHeight times as many, and tiles in both directions: +v along the wood.
+/// `size` texels square; where it is higher than wide, half as wide (less, if it were higher than kMaxTextureSize) and
+/// bark.tileHeight times as high: a tile of height 4 has as many texels as a square one. The mean of its colour map in
+/// linear light is bark.colour. Equal input gives equal bytes, from any number of `threads` (0: one
 /// per processor).
 [[nodiscard]] MaterialTextures makeBarkTextures(const BarkAppearance& bark, std::uint32_t size,
                                                 std::uint32_t threads = 1);

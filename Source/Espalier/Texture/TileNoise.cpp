@@ -5,8 +5,9 @@
 
 namespace espalier {
 
-TileNoise::TileNoise(std::uint32_t columns, std::uint32_t rows, std::uint64_t seed)
-    : columns_(columns), rows_(rows), gradients_(std::size_t{columns} * rows)
+TileNoise::TileNoise(std::uint32_t columns, std::uint32_t rows, std::uint64_t seed, std::uint32_t tall)
+    : columns_(columns), rows_(rows * tall), perTall_(1 / static_cast<float>(tall)),
+      gradients_(std::size_t{columns_} * rows_)
 {
     constexpr std::size_t kDirections = 64;
     constexpr double kLength = 1.4142135623730951;
@@ -23,7 +24,7 @@ TileNoise::TileNoise(std::uint32_t columns, std::uint32_t rows, std::uint64_t se
 
 void TileNoise::addRow(float v, float strength, std::span<float> texels) const
 {
-    const CellPlace y = cellPlace(v, rows_);
+    const CellPlace y = cellPlace(v * perTall_, rows_);
     const std::uint32_t above = y.cell + 1 == rows_ ? 0 : y.cell + 1;
     const Vec2* const low = gradients_.data() + std::size_t{y.cell} * columns_;
     const Vec2* const high = gradients_.data() + std::size_t{above} * columns_;
@@ -57,22 +58,26 @@ void TileNoise::addRow(float v, float strength, std::span<float> texels) const
     }
 }
 
-TileFractal::TileFractal(std::uint32_t columns, std::uint32_t rows, std::uint32_t octaves, std::uint64_t seed)
+TileFractal::TileFractal(std::uint32_t columns, std::uint32_t rows, std::uint32_t octaves, std::uint64_t seed,
+                         std::uint32_t tall)
 {
     float sum = 0;
     float strength = 1;
     for (std::uint32_t i = 0; i < octaves; ++i)
     {
-        octaves_.emplace_back(columns << i, rows << i, seed * 16 + i);
+        octaves_.emplace_back(columns << i, rows << i, seed * 16 + i, tall);
         sum += strength;
         strength *= 0.5f;
     }
     strongest_ = 1.25f / sum;
 }
 
-TileCells::TileCells(std::uint32_t columns, std::uint32_t rows, float jitter, std::uint64_t seed)
-    : columns_(columns), rows_(rows), points_(std::size_t{columns + 2} * (rows + 2))
+TileCells::TileCells(std::uint32_t columns, std::uint32_t rowsInOne, float jitter, std::uint64_t seed,
+                     std::uint32_t tall)
+    : columns_(columns), rows_(rowsInOne * tall), perTall_(1 / static_cast<float>(tall)),
+      points_(std::size_t{columns_ + 2} * (rows_ + 2))
 {
+    const std::uint32_t rows = rows_;
     const RandomKey key(Seed{seed});
     for (std::uint32_t row = 0; row < rows + 2; ++row)
         for (std::uint32_t column = 0; column < columns + 2; ++column)

@@ -35,17 +35,18 @@ struct CellPlace
     return {cell, scaled - static_cast<float>(cell)};
 }
 
-/// Smooth noise that repeats after 1 in both directions: gradient noise on a lattice of columns by rows. Mean 0, about
-/// [-1, 1]. (Perlin, "Improving Noise", SIGGRAPH 2002, with gradients of all directions.)
+/// Smooth noise that repeats after 1 along u and after `tall` (a power of two) along v: gradient noise on a lattice of
+/// columns by `tall` times rows. Mean 0, about [-1, 1]. (Perlin, "Improving Noise", SIGGRAPH 2002, with gradients of
+/// all directions.)
 class TileNoise
 {
 public:
-    TileNoise(std::uint32_t columns, std::uint32_t rows, std::uint64_t seed);
+    TileNoise(std::uint32_t columns, std::uint32_t rows, std::uint64_t seed, std::uint32_t tall = 1);
 
     [[nodiscard]] float at(Vec2 uv) const noexcept
     {
         const CellPlace x = cellPlace(uv.x, columns_);
-        const CellPlace y = cellPlace(uv.y, rows_);
+        const CellPlace y = cellPlace(uv.y * perTall_, rows_);
         const std::uint32_t right = x.cell + 1 == columns_ ? 0 : x.cell + 1;
         const std::uint32_t above = y.cell + 1 == rows_ ? 0 : y.cell + 1;
         const Vec2* const low = gradients_.data() + std::size_t{y.cell} * columns_;
@@ -68,7 +69,8 @@ private:
     static float eased(float t) noexcept { return t * t * t * (t * (t * 6 - 15) + 10); }
 
     std::uint32_t columns_;
-    std::uint32_t rows_;
+    std::uint32_t rows_;          ///< In all.
+    float perTall_;               ///< Repeats along v in 1.
     std::vector<Vec2> gradients_; ///< Of length sqrt 2.
 };
 
@@ -76,7 +78,8 @@ private:
 class TileFractal
 {
 public:
-    TileFractal(std::uint32_t columns, std::uint32_t rows, std::uint32_t octaves, std::uint64_t seed);
+    TileFractal(std::uint32_t columns, std::uint32_t rows, std::uint32_t octaves, std::uint64_t seed,
+                std::uint32_t tall = 1);
 
     [[nodiscard]] float at(Vec2 uv) const noexcept
     {
@@ -121,13 +124,14 @@ private:
     std::vector<float> values_;
 };
 
-/// Irregular cells round jittered points of a lattice (Worley 1996), which repeat after 1 in both directions.
+/// Irregular cells round jittered points of a lattice (Worley 1996), which repeat after 1 along u and after `tall` (a
+/// power of two) along v.
 class TileCells
 {
 public:
     /// `jitter` in [0, 1]: how far points leave the middles of their lattice cells, which also are three columns and
-    /// rows or more.
-    TileCells(std::uint32_t columns, std::uint32_t rows, float jitter, std::uint64_t seed);
+    /// rows or more. There are `tall` times `rows` rows in all.
+    TileCells(std::uint32_t columns, std::uint32_t rows, float jitter, std::uint64_t seed, std::uint32_t tall = 1);
 
     /// A cell and its borders as seen from one point.
     struct Cell
@@ -137,13 +141,13 @@ public:
     };
 
     /// The cell that uv lies in. `border(distance, steepness, random)` is called for each border of it that is nearer
-    /// than `reach` (less than half a lattice cell): the distance in repeats, 1 for one along the v axis to 0 for one
-    /// along the u axis, and a random number in [0, 1) of this border, the same from either side.
+    /// than `reach` (less than half a lattice cell): the distance in units of uv, 1 for one along the v axis to 0 for
+    /// one along the u axis, and a random number in [0, 1) of this border, the same from either side.
     template <class Border>
     Cell visit(Vec2 uv, float reach, const Border& border) const noexcept
     {
         const CellPlace x = cellPlace(uv.x, columns_);
-        const CellPlace y = cellPlace(uv.y, rows_);
+        const CellPlace y = cellPlace(uv.y * perTall_, rows_);
         const std::size_t stride = columns_ + 2;
         const Point* const around = points_.data() + y.cell * stride + x.cell; // the one to the lower left
         std::array<Vec2, 9> away;
@@ -159,7 +163,7 @@ public:
                 nearest = i;
         }
         const auto across = static_cast<float>(columns_);
-        const auto up = static_cast<float>(rows_);
+        const float up = static_cast<float>(rows_) * perTall_;
         const float own = around[nearest / 3 * stride + nearest % 3].random;
         for (std::size_t i = 0; i < 9; ++i)
         {
@@ -184,7 +188,8 @@ private:
     };
 
     std::uint32_t columns_;
-    std::uint32_t rows_;
+    std::uint32_t rows_;        ///< In all.
+    float perTall_;             ///< Repeats along v in 1.
     std::vector<Point> points_; ///< With a frame of one more on each side, from the other side.
 };
 

@@ -276,7 +276,10 @@ TEST(TubeMesher, BarkKeepsItsScaleOnThickAndThinAxes)
         const std::uint32_t ring = m.scratch.tubes[0].sides + 1; // vertices, the first again at the seam
         const float round = (mesh.uvs[ring - 1].x - mesh.uvs[0].x) / (2 * static_cast<float>(math::kPi) * radius);
         const float along = (mesh.uvs[ring].y - mesh.uvs[0].y) / (mesh.positions[ring].y - mesh.positions[0].y);
-        EXPECT_NEAR(along / round, 1, 1e-3) << radius;
+        EXPECT_NEAR(along / round, 0.25, 1e-3) << radius << ", of a tile four times as high as wide";
+        const Meshed square =
+            meshed(straightTrunk({.radius = radius, .endRadius = radius}), kPlain, {.tile = 0.5f, .tileHeight = 1});
+        EXPECT_NEAR((square.mesh.uvs[ring].y - square.mesh.uvs[0].y) / (mesh.uvs[ring].y - mesh.uvs[0].y), 4, 1e-3);
         // About one repeat a tile, as a whole number of them goes round; on the thinnest that is one.
         EXPECT_NEAR(round, radius < 0.05f ? 1 / (2 * math::kPi * radius) : 2, 0.5) << radius;
     }
@@ -369,8 +372,10 @@ TEST(TubeMesher, AMovedSegmentStartsATubeOfItsOwn)
 TEST(TubeMesher, TheTrunkWidensToTheGround)
 {
     const Skeleton trunk = straightTrunk({.radius = 0.1f, .endRadius = 0.1f});
-    const Meshed m = meshed(trunk, {.rootFlare = 0.5f, .rootFlareLength = 3});
+    const Meshed m = meshed(trunk, {}, {.rootFlare = 0.5f, .rootLength = 3});
     EXPECT_FLOAT_EQ(m.scratch.rings[0].radius, 0.15f);
+    EXPECT_FLOAT_EQ(meshed(trunk, {.rootFlare = 0.5f}, {.rootFlare = 0.5f}).scratch.rings[0].radius, 0.125f);
+    EXPECT_FLOAT_EQ(meshed(trunk, {.rootFlare = 0}).scratch.rings[0].radius, 0.1f);
     for (const TubeRing& ring : m.scratch.rings)
     {
         if (ring.along >= 0.3f && ring.along <= 2)
@@ -378,6 +383,66 @@ TEST(TubeMesher, TheTrunkWidensToTheGround)
             EXPECT_NEAR(ring.radius, 0.1f, 1e-5);
         }
     }
+}
+
+TEST(TubeMesher, ATrunkPartsIntoButtresses)
+{
+    const BarkAppearance bark{.rootFlare = 0.5f, .rootLength = 6, .rootLobes = 5, .rootDepth = 1.2f};
+    for (const bool isWelded : {false, true})
+        for (const float radius : {0.1f, 0.4f})
+        {
+            const Skeleton trunk = straightTrunk({.length = 6, .radius = radius, .endRadius = radius});
+            TubeSettings settings;
+            settings.joints = isWelded ? TubeJoints::Weld : TubeJoints::Embed;
+            const Meshed m = meshed(trunk, settings, bark);
+            const Tube& tube = m.scratch.tubes[0];
+            ASSERT_GE(tube.sides, 20u);
+            const std::size_t stride = tube.sides + 1;
+            float least = 1e9f;
+            float most = 0;
+            int peaks = 0;
+            const auto outAt = [&](std::size_t j) {
+                const Vec3 p = m.mesh.positions[j % tube.sides];
+                return std::sqrt(p.x * p.x + p.z * p.z) / radius;
+            };
+            for (std::size_t j = 0; j < tube.sides; ++j)
+            {
+                least = std::min(least, outAt(j));
+                most = std::max(most, outAt(j));
+                peaks += outAt(j + 1) > outAt(j) && outAt(j + 1) > outAt(j + 2);
+            }
+            EXPECT_GT(least, 0.8f);
+            EXPECT_LT(least, 1.35f);
+            EXPECT_GT(most, 1.65f);
+            EXPECT_LE(most, 2.1f);
+            EXPECT_EQ(peaks, 5);
+            for (std::size_t i = 0; i < tube.ringCount; ++i)
+                for (std::size_t j = 0; j < stride && m.scratch.rings[i].along > 6 * radius; ++j)
+                {
+                    const Vec3 arm = m.mesh.positions[i * stride + j] - m.scratch.rings[i].centre;
+                    ASSERT_NEAR(glm::length(arm), m.scratch.rings[i].radius, 1e-4f);
+                }
+            // Normals are those of the triangles round them, as far as facets allow.
+            for (std::size_t t = 0; t + 2 < m.mesh.indices.size(); t += 3)
+            {
+                const Vec3 a = m.mesh.positions[m.mesh.indices[t]];
+                const Vec3 face = glm::cross(m.mesh.positions[m.mesh.indices[t + 1]] - a,
+                                             m.mesh.positions[m.mesh.indices[t + 2]] - a);
+                for (std::size_t k = 0; k < 3; ++k)
+                {
+                    const Vec3 normal = m.mesh.normals[m.mesh.indices[t + k]];
+                    ASSERT_NEAR(glm::length(normal), 1, 1e-4f);
+                    ASSERT_NEAR(glm::dot(normal, Vec3(m.mesh.tangents[m.mesh.indices[t + k]])), 0, 1e-4f);
+                    if (glm::length(face) > 1e-6f)
+                    {
+                        ASSERT_GT(glm::dot(normal, glm::normalize(face)), 0.7f);
+                    }
+                }
+            }
+            // Where so few sides are enough, they are not asked to show what they cannot.
+            EXPECT_EQ(meshed(trunk, {.maxSides = 12}, bark).scratch.tubes[0].roots.depth, 0);
+            EXPECT_EQ(meshed(trunk, {}, {.rootLobes = 2}).scratch.tubes[0].roots.depth, 0);
+        }
 }
 
 TEST(TubeMesher, ALeaningTrunkLeavesNoGapAboveTheGround)
@@ -470,13 +535,8 @@ TEST(TubeMesher, NonsenseSettingsAreClamped)
         {.minSides = 9999, .maxSides = 9999},
         {.chordError = kNan, .smoothing = kNan, .maxRingAngle = kNan, .collarFlare = kNan, .collarLength = kNan},
         {.chordError = -1, .smoothing = -5, .maxRingAngle = 0, .collarFlare = -1, .rootFlare = -1},
-        {.smoothing = 9,
-         .maxRingAngle = 99,
-         .collarFlare = 99,
-         .collarLength = 999,
-         .rootFlare = 99,
-         .rootFlareLength = 999},
-        {.collarLength = 0, .rootFlareLength = 0},
+        {.smoothing = 9, .maxRingAngle = 99, .collarFlare = 99, .collarLength = 999, .rootFlare = 99},
+        {.collarLength = 0},
     };
     for (const TubeSettings& settings : nonsense)
     {

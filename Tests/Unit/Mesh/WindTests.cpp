@@ -594,6 +594,36 @@ TEST(Wind, SwaysLargeTreesSlowly)
     EXPECT_EQ(rateOf(90, 0.5f), 0.12f);
 }
 
+/// Branches turn to leeward, whichever way they lead; what leads there already stays, but for its swaying.
+TEST(Wind, TurnsBranchesToLeeward)
+{
+    for (std::uint32_t packed = 0; packed < 1u << 12; packed += 7)
+    {
+        const Vec3 facing = windDirection(packed);
+        ASSERT_NEAR(glm::length(facing), 1, 1e-5);
+        WindVertex tip{.boughBend = 1, .boughPhase = 0.25f, .boughFacing = static_cast<std::uint16_t>(packed)};
+        float gained = 0; // to leeward, on average
+        constexpr int kMoments = 200;
+        for (int i = 0; i < kMoments; ++i)
+        {
+            const WindWeather weather{.speed = 12, .time = 0.37f * static_cast<float>(i)};
+            const Vec3 blown = windDisplaced(tip, facing, weather, {.boughAngle = 0.5f, .rate = 0.3f});
+            ASSERT_NEAR(glm::length(blown), 1, 1e-5);
+            gained += (blown.x - facing.x) / kMoments;
+        }
+        const float across = std::sqrt(std::max(1 - facing.x * facing.x, 0.f));
+        EXPECT_GT(gained, 0.08f * across * across - 0.02f) << facing.x;
+    }
+    // What hangs is lifted.
+    const WindVertex hanging{.twigBend = 1, .twigFacing = 63 * 64 + 63};
+    ASSERT_LT(windDirection(hanging.twigFacing).y, -0.99f);
+    for (int i = 0; i < 20; ++i)
+    {
+        const WindWeather weather{.speed = 15, .time = static_cast<float>(i)};
+        EXPECT_GT(windDisplaced(hanging, {0, -1, 0}, weather, {.boughAngle = 0.5f, .rate = 0.3f}).x, 0.05f);
+    }
+}
+
 TEST(Wind, FillsTheGenericChannels)
 {
     const Skeleton skeleton = drawn("Oak");
@@ -605,11 +635,16 @@ TEST(Wind, FillsTheGenericChannels)
     for (std::size_t i = 0; i < wind.vertices.size(); ++i)
     {
         const WindVertex& vertex = wind.vertices[i];
-        ASSERT_EQ(channels.texcoords[0][i], Vec2(vertex.trunkBend, vertex.boughPhase));
+        ASSERT_EQ(channels.texcoords[0][i].x, vertex.trunkBend);
+        ASSERT_EQ(std::floor(channels.texcoords[0][i].y), vertex.boughFacing);
+        ASSERT_EQ(channels.texcoords[0][i].y - vertex.boughFacing, vertex.boughPhase);
+        ASSERT_EQ(channels.texcoords[4][i].x, vertex.twigBend);
+        ASSERT_EQ(std::floor(channels.texcoords[4][i].y), vertex.twigFacing);
+        ASSERT_EQ(channels.texcoords[4][i].y - vertex.twigFacing, vertex.twigPhase);
+        ASSERT_LT(std::max(vertex.boughFacing, vertex.twigFacing), 1u << 12);
         ASSERT_EQ(channels.texcoords[1][i], Vec2(vertex.boughBend, vertex.flutter));
         ASSERT_EQ(channels.texcoords[2][i], Vec2(vertex.boughPivot.x, vertex.boughPivot.y));
         ASSERT_EQ(channels.texcoords[3][i].x, vertex.boughPivot.z);
-        ASSERT_EQ(channels.texcoords[4][i], Vec2(vertex.twigBend, vertex.twigPhase));
         ASSERT_EQ(channels.texcoords[5][i], Vec2(vertex.twigPivot.x, vertex.twigPivot.y));
         ASSERT_EQ(channels.texcoords[6][i], Vec2(vertex.twigPivot.z, vertex.edge));
         const float packed = channels.texcoords[3][i].y;

@@ -57,20 +57,42 @@ TEST(BarkTextures, HaveTheSizeThatWasAskedFor)
 {
     const struct
     {
-        std::uint32_t asked, given;
-    } sizes[] = {{0, 16}, {1, 16}, {16, 16}, {17, 16}, {31, 16}, {64, 64}, {100, 64}, {256, 256}};
+        std::uint32_t asked, tall, wide, high;
+    } sizes[] = {{0, 1, 16, 16},    {17, 1, 16, 16},   {100, 1, 64, 64},  {256, 1, 256, 256},
+                 {0, 2, 8, 16},     {64, 2, 32, 64},   {64, 3, 32, 64},   {0, 4, 8, 32},
+                 {100, 4, 32, 128}, {128, 4, 64, 256}, {128, 9, 64, 256}, {128, 0, 128, 128}};
     for (const BarkKind kind : kKinds)
-        for (const auto& [asked, given] : sizes)
+        for (const auto& [asked, tall, wide, high] : sizes)
         {
-            const MaterialTextures textures = makeBarkTextures(barkOf(kind), asked);
+            BarkAppearance bark = barkOf(kind);
+            bark.tileHeight = tall;
+            const MaterialTextures textures = makeBarkTextures(bark, asked);
             for (const Image* image : {&textures.colour, &textures.normal, &textures.roughness})
             {
-                EXPECT_EQ(image->width, given);
-                EXPECT_EQ(image->height, given);
+                EXPECT_EQ(image->width, wide);
+                EXPECT_EQ(image->height, high);
                 EXPECT_EQ(image->channels, 3u);
-                EXPECT_EQ(image->texels.size(), std::size_t{3} * given * given);
+                EXPECT_EQ(image->texels.size(), std::size_t{3} * wide * high);
             }
         }
+}
+
+/// What is drawn in one part of a tall tile is not drawn in the others.
+TEST(BarkTextures, DoNotRepeatWithinATallTile)
+{
+    for (const BarkKind kind : kKinds)
+    {
+        const Image normal = makeBarkTextures(barkOf(kind), 128).normal;
+        ASSERT_EQ(normal.height, 4 * normal.width);
+        const std::size_t part = normal.texels.size() / 4;
+        for (std::size_t i = 1; i < 4; ++i)
+        {
+            double sum = 0;
+            for (std::size_t t = 0; t < part; ++t)
+                sum += std::abs(normal.texels[t] - normal.texels[i * part + t]);
+            EXPECT_GT(sum / static_cast<double>(part), 5) << static_cast<int>(kind) << ", part " << i;
+        }
+    }
 }
 
 TEST(BarkTextures, HaveTheAppearancesMeans)
@@ -101,12 +123,13 @@ TEST(BarkTextures, TileWithoutASeam)
             for (const bool columns : {true, false})
             {
                 double greatest = 0;
-                for (std::uint32_t i = 0; i + 1 < 256; ++i)
+                const std::uint32_t last = (columns ? image->width : image->height) - 1;
+                for (std::uint32_t i = 0; i < last; ++i)
                     greatest = std::max(greatest, difference(*image, i, i + 1, columns));
                 // No more changes over the border than elsewhere, and about as much as beside it.
                 const double beside =
-                    std::max(difference(*image, 254, 255, columns), difference(*image, 0, 1, columns));
-                EXPECT_LE(difference(*image, 255, 0, columns), std::min(greatest, 1.6 * beside))
+                    std::max(difference(*image, last - 1, last, columns), difference(*image, 0, 1, columns));
+                EXPECT_LE(difference(*image, last, 0, columns), std::min(greatest, 1.6 * beside))
                     << static_cast<int>(kind) << (columns ? ", left to right" : ", top to bottom");
             }
     }

@@ -49,6 +49,22 @@ TEST(TileNoise, RepeatsAfterOneAndHasMeanZero)
     EXPECT_LE(greatest, 1.01f);
 }
 
+TEST(TileNoise, OfATallTileRepeatsAfterItsHeight)
+{
+    const TileNoise noise(7, 5, 1, 4);
+    const TileCells cells(5, 7, 1, 4, 4);
+    float parts = 0;
+    for (std::uint32_t i = 0; i < 50; ++i)
+    {
+        const Vec2 at(static_cast<float>(i) * 0.13f, static_cast<float>(i) * 0.07f);
+        EXPECT_NEAR(noise.at(at), noise.at(at + Vec2(1, 4)), 1e-3f);
+        parts += std::abs(noise.at(at) - noise.at(at + Vec2(0, 1)));
+        const auto none = [](float, float, float) {};
+        EXPECT_EQ(cells.visit(at, 0.01f, none).random, cells.visit(at + Vec2(2, -4), 0.01f, none).random);
+    }
+    EXPECT_GT(parts, 5);
+}
+
 TEST(TileNoise, IsContinuousOverTheBorder)
 {
     const TileNoise noise(6, 9, 2);
