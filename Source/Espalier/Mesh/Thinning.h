@@ -14,6 +14,7 @@ struct ThinningScratch
     {
         std::uint32_t start = kNoSegment; ///< Its first segment.
         float kept = 1;                   ///< Share of axes like it that are kept.
+        float area = 0;                   ///< Square metres that it covered as it grew, seen across.
         bool isKept = true;
     };
     std::vector<Axis> axes;

@@ -435,7 +435,7 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
     const float widened = plan.settings.widening.empty() ? 1.0f : plan.settings.widening[segment];
     const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points) / widened;
     tube.ringCount = static_cast<std::uint32_t>(rings.size());
-    tube.sides = sidesFor(thickest, plan.settings);
+    tube.sides = sidesFor(thickest / widened, plan.settings);
     tube.repeats = std::max(1.f, std::floor(circumference / plan.tile + 0.5f));
     tube.repeatsPerMetre = 1 / std::max(circumference / tube.repeats, plan.tile / kFinestBark);
     const bool isOpen = startRadius <= plan.settings.openRadius && plan.skeleton.parents[segment] != kNoSegment &&
