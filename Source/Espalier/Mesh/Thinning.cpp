@@ -15,6 +15,9 @@ constexpr Seed kBranches{0x7468696e6e696e67u};
 /// A corner further along an axis than so many segments from the last is kept, so that time stays linear.
 constexpr std::uint32_t kLongestRun = 32;
 
+/// How wide thinned branches are made, in errors. They end in points and are wider than that where they begin.
+constexpr float kThin = 0.6f;
+
 /// How much more few wide twigs, on few others, hide of each other than many thin ones do: measured on the bare birch
 /// and oak.
 constexpr float kHidden = 0.16f;
@@ -26,7 +29,8 @@ class Thinner
 {
 public:
     Thinner(const Skeleton& full, float error, TubeJoints joints, ThinningScratch& scratch, Skeleton& thinned)
-        : full_(full), error_(error), isWelded_(joints == TubeJoints::Weld), scratch_(scratch), thinned_(thinned)
+        : full_(full), error_(error), thin_(kThin * error), isWelded_(joints == TubeJoints::Weld), scratch_(scratch),
+          thinned_(thinned)
     {}
 
     void thin()
@@ -71,7 +75,7 @@ private:
             if (parent != kNoSegment)
             {
                 const ThinningScratch::Axis& mother = scratch_.axes[scratch_.axisOf[parent]];
-                axis.kept = std::min(mother.kept, 2 * full_.startRadii[i] / error_);
+                axis.kept = std::min(mother.kept, 2 * full_.startRadii[i] / thin_);
                 // Of the branches of mothers that are kept, a share kept : mother.kept.
                 const double lot = RandomKey(kBranches).child(scratch_.places[i]).uniform(Purpose::Sampling);
                 axis.isKept = mother.isKept && lot * static_cast<double>(mother.kept) < static_cast<double>(axis.kept);
@@ -162,7 +166,7 @@ private:
     }
 
     /// Too thin to be seen as wide as it is.
-    [[nodiscard]] bool isThin(float radius) const { return 2 * radius < error_; }
+    [[nodiscard]] bool isThin(float radius) const { return 2 * radius < thin_; }
 
     /// How many times as wide the segments from `begin` on must be to cover what all axes like theirs did.
     [[nodiscard]] float wideningOf(const ThinningScratch::Axis& axis, std::uint32_t begin) const
@@ -267,6 +271,7 @@ private:
 
     const Skeleton& full_;
     const float error_;
+    const float thin_; ///< Metres: what is not as wide is thinned.
     const bool isWelded_;
     std::uint32_t organ_ = 0; ///< Of the next shape, as meshShapes counts.
     ThinningScratch& scratch_;
