@@ -178,7 +178,9 @@ private:
             drawn += areaOf(thinned_, i);
             thickest = std::max(thickest, thinned_.startRadii[i]);
         }
-        const float pointed = drawn > 0 ? std::min(axis.area / drawn, kMostPointed) : 1;
+        // The trunk stays as it is.
+        const bool isBranch = full_.parents[axis.start] != kNoSegment;
+        const float pointed = isBranch && drawn > 0 ? std::clamp(axis.area / drawn, 1.0f, kMostPointed) : 1;
         const float wider = pointed / axis.kept;
         return wider * facetLoss(thickest);
     }
