@@ -80,10 +80,10 @@ private:
         if (!trial.isCounted)
         {
             const float error = errorAt(step, finest_);
-            thinSkeleton(full_, error, scratch_.thinning, scratch_.thinned);
+            thinSkeleton(full_, error, scratch_.thinning, scratch_.thinned, settings_.tubes.joints);
             MeshCounts bare;
             const MeshResult result =
-                countBare(scratch_.thinned, appearance_, coarserBy(error, settings_), limits_, scratch_.mesh, bare);
+                countBare(scratch_.thinned, appearance_, woodSettings(error), limits_, scratch_.mesh, bare);
             // Nothing left of bare wood is few enough; wood that was widened beyond all limits is no mesh.
             trial.hasMesh = result == MeshResult::Ok || result == MeshResult::EmptySkeleton;
             trial.bare = bare.indices;
@@ -106,9 +106,9 @@ private:
     MeshResult write(float woodError, float leafError, TreeMesh& mesh)
     {
         mesh.clear();
-        thinSkeleton(full_, woodError, scratch_.thinning, scratch_.thinned);
+        thinSkeleton(full_, woodError, scratch_.thinning, scratch_.thinned, settings_.tubes.joints);
         const MeshResult bare =
-            meshBare(scratch_.thinned, appearance_, coarserBy(woodError, settings_), limits_, scratch_.mesh, mesh);
+            meshBare(scratch_.thinned, appearance_, woodSettings(woodError), limits_, scratch_.mesh, mesh);
         nameFullSources(scratch_.thinning, mesh);
         if (!scratch_.mesh.foliage.leaves.empty())
             shadeWood(scratch_.mesh.placing.light, appearance_.bark.shade, mesh, 0);
@@ -119,6 +119,14 @@ private:
         if (leaves != MeshResult::Ok)
             mesh.clear();
         return leaves;
+    }
+
+    /// For the thinned plant as it is.
+    [[nodiscard]] MeshSettings woodSettings(float error) const
+    {
+        MeshSettings settings = coarserBy(error, settings_);
+        settings.tubes.widening = scratch_.thinning.widening;
+        return settings;
     }
 
     [[nodiscard]] LeafSettings leafSettings(float error) const

@@ -15,11 +15,22 @@ constexpr Seed kBranches{0x7468696e6e696e67u};
 /// A corner further along an axis than so many segments from the last is kept, so that time stays linear.
 constexpr std::uint32_t kLongestRun = 32;
 
+/// How wide thinned branches are made, in errors. They end in points and are wider than that where they begin.
+constexpr float kThin = 0.6f;
+
+/// How much more few wide twigs, on few others, hide of each other than many thin ones do: measured on the bare birch
+/// and oak.
+constexpr float kHidden = 0.16f;
+
+/// An axis that ends in a point is made at most so many times as wide as one that does not, to cover the same.
+constexpr float kMostPointed = 2;
+
 class Thinner
 {
 public:
-    Thinner(const Skeleton& full, float error, ThinningScratch& scratch, Skeleton& thinned)
-        : full_(full), error_(error), scratch_(scratch), thinned_(thinned)
+    Thinner(const Skeleton& full, float error, TubeJoints joints, ThinningScratch& scratch, Skeleton& thinned)
+        : full_(full), error_(error), thin_(kThin * error), isWelded_(joints == TubeJoints::Weld), scratch_(scratch),
+          thinned_(thinned)
     {}
 
     void thin()
@@ -29,10 +40,12 @@ public:
         thinned_.clear();
         scratch_.thinnedOf.assign(full_.size(), kNoSegment);
         scratch_.fullOf.clear();
+        scratch_.widening.clear();
         scratch_.organOf.clear();
         for (const ThinningScratch::Axis& axis : scratch_.axes)
             if (axis.isKept)
                 layOut(axis);
+        evenOut();
         thinned_.instanceRecords = full_.instanceRecords;
         thinned_.widthsGiven = full_.widthsGiven;
         thinned_.minY = full_.minY;
@@ -56,11 +69,13 @@ private:
                 continue;
             }
             scratch_.axisOf[i] = static_cast<std::uint32_t>(scratch_.axes.size());
-            ThinningScratch::Axis axis{i, 1, true};
+            ThinningScratch::Axis axis{.start = i};
+            for (std::uint32_t k = i; k != kNoSegment; k = full_.continuations[k])
+                axis.area += areaOf(full_, k);
             if (parent != kNoSegment)
             {
                 const ThinningScratch::Axis& mother = scratch_.axes[scratch_.axisOf[parent]];
-                axis.kept = std::min(mother.kept, 2 * full_.startRadii[i] / error_);
+                axis.kept = std::min(mother.kept, 2 * full_.startRadii[i] / thin_);
                 // Of the branches of mothers that are kept, a share kept : mother.kept.
                 const double lot = RandomKey(kBranches).child(scratch_.places[i]).uniform(Purpose::Sampling);
                 axis.isKept = mother.isKept && lot * static_cast<double>(mother.kept) < static_cast<double>(axis.kept);
@@ -80,7 +95,8 @@ private:
         scratch_.isNeeded.assign(full_.size(), 0);
         for (std::uint32_t i = 0; i < full_.size(); ++i)
             if (const std::uint32_t parent = full_.parents[i]; parent != kNoSegment && axisAt(i).isKept)
-                if (full_.startsAxis(i) || full_.starts[i] != full_.ends[parent])
+                if ((full_.startsAxis(i) && (isWelded_ || !isThin(full_.startRadii[i]))) ||
+                    full_.starts[i] != full_.ends[parent])
                     scratch_.isNeeded[parent] = 1;
     }
 
@@ -106,7 +122,7 @@ private:
     /// Appends an axis, in as few segments as will do.
     void layOut(const ThinningScratch::Axis& axis)
     {
-        const float wider = 1 / axis.kept;
+        const std::uint32_t begin = thinned_.size();
         const std::uint32_t mother = full_.parents[axis.start];
         std::uint32_t parent = mother == kNoSegment ? kNoSegment : scratch_.thinnedOf[mother];
         for (std::uint32_t first = axis.start; first != kNoSegment;)
@@ -127,14 +143,15 @@ private:
             const Vec3 heading = first == last || !(length > 0) ? full_.headings[first] : way / length;
             const Vec3 across = full_.lefts[first] - glm::dot(full_.lefts[first], heading) * heading;
             const float width = glm::length(across);
+            const bool isTip = full_.continuations[last] == kNoSegment;
             scratch_.fullOf.push_back(first);
             thinned_.starts.push_back(full_.starts[first]);
             thinned_.ends.push_back(full_.ends[last]);
             thinned_.headings.push_back(heading);
             thinned_.lefts.push_back(first == last || !(width > 0) ? full_.lefts[first] : across / width);
             thinned_.lengths.push_back(first == last ? full_.lengths[first] : length);
-            thinned_.startRadii.push_back(wider * full_.startRadii[first]);
-            thinned_.endRadii.push_back(wider * full_.endRadii[last]);
+            thinned_.startRadii.push_back(full_.startRadii[first]);
+            thinned_.endRadii.push_back(isTip && isThin(full_.endRadii[last]) ? 0 : full_.endRadii[last]);
             thinned_.parents.push_back(parent);
             thinned_.continuations.push_back(kNoSegment);
             thinned_.orders.push_back(full_.orders[first]);
@@ -144,6 +161,73 @@ private:
                 thinned_.continuations[parent] = own;
             parent = own;
             first = full_.continuations[last];
+        }
+        widen(begin, wideningOf(axis, begin));
+    }
+
+    /// Too thin to be seen as wide as it is.
+    [[nodiscard]] bool isThin(float radius) const { return 2 * radius < thin_; }
+
+    /// How many times as wide the segments from `begin` on must be to cover what all axes like theirs did.
+    [[nodiscard]] float wideningOf(const ThinningScratch::Axis& axis, std::uint32_t begin) const
+    {
+        float drawn = 0;
+        float thickest = 0;
+        for (std::uint32_t i = begin; i < thinned_.size(); ++i)
+        {
+            drawn += areaOf(thinned_, i);
+            thickest = std::max(thickest, thinned_.startRadii[i]);
+        }
+        // The trunk stays as it is.
+        const bool isBranch = full_.parents[axis.start] != kNoSegment;
+        const float pointed = isBranch && drawn > 0 ? std::clamp(axis.area / drawn, 1.0f, kMostPointed) : 1;
+        const float wider = pointed / axis.kept;
+        return wider * facetLoss(thickest);
+    }
+
+    /// Makes up for the lots that were drawn: if much of the thin wood happens to stay, it is less wide, and the other
+    /// way round.
+    void evenOut()
+    {
+        double wanted = 0;
+        double found = 0;
+        for (const ThinningScratch::Axis& axis : scratch_.axes)
+        {
+            const double share = (1 - static_cast<double>(axis.kept)) * static_cast<double>(axis.area);
+            wanted += share;
+            found += axis.isKept ? share / static_cast<double>(axis.kept) : 0;
+        }
+        const float even = found > 0 ? static_cast<float>(std::clamp(wanted / found, 0.5, 2.0)) : 1;
+        for (std::uint32_t i = 0; i < thinned_.size(); ++i)
+        {
+            const float factor = 1 + (1 - axisAt(scratch_.fullOf[i]).kept) * ((1 + kHidden) * even - 1);
+            thinned_.startRadii[i] *= factor;
+            thinned_.endRadii[i] *= factor;
+            scratch_.widening[i] *= factor;
+        }
+    }
+
+    /// Square metres, seen across.
+    [[nodiscard]] static float areaOf(const Skeleton& plant, std::uint32_t segment)
+    {
+        return (plant.startRadii[segment] + plant.endRadii[segment]) *
+               glm::length(plant.ends[segment] - plant.starts[segment]);
+    }
+
+    /// Facets cut off what circles cover: how much more those of a level do than those of the full plant.
+    [[nodiscard]] float facetLoss(float radius) const
+    {
+        // Perimeters of polygons, as shares of that of five sides: what they cover from all sides together.
+        return radius < 0.912f * error_ ? 1.1312f : radius < 1.62f * error_ ? 1.0391f : 1;
+    }
+
+    void widen(std::uint32_t begin, float factor)
+    {
+        for (std::uint32_t i = begin; i < thinned_.size(); ++i)
+        {
+            thinned_.startRadii[i] *= factor;
+            thinned_.endRadii[i] *= factor;
+            scratch_.widening.push_back(factor);
         }
     }
 
@@ -189,6 +273,8 @@ private:
 
     const Skeleton& full_;
     const float error_;
+    const float thin_; ///< Metres: what is not as wide is thinned.
+    const bool isWelded_;
     std::uint32_t organ_ = 0; ///< Of the next shape, as meshShapes counts.
     ThinningScratch& scratch_;
     Skeleton& thinned_;
@@ -196,14 +282,15 @@ private:
 
 } // namespace
 
-void thinSkeleton(const Skeleton& full, float error, ThinningScratch& scratch, Skeleton& thinned)
+void thinSkeleton(const Skeleton& full, float error, ThinningScratch& scratch, Skeleton& thinned, TubeJoints joints)
 {
     if (error > 0)
-        Thinner(full, error, scratch, thinned).thin();
+        Thinner(full, error, joints, scratch, thinned).thin();
     else
     {
         thinned = full;
         scratch.fullOf.clear();
+        scratch.widening.clear();
         scratch.organOf.clear();
     }
 }
@@ -223,9 +310,10 @@ MeshSettings coarserBy(float error, MeshSettings settings)
 {
     if (!(error > 0))
         return settings;
-    constexpr float kBluntAngle = 0.6f; // radians
+    constexpr float kBluntAngle = 1.2f; // radians
     settings.tubes.minSides = 3;
     settings.tubes.chordError = std::max(settings.tubes.chordError, 0.5f * error);
+    settings.tubes.openRadius = std::max(settings.tubes.openRadius, error);
     settings.tubes.maxRingAngle = std::max(settings.tubes.maxRingAngle, kBluntAngle);
     settings.leaves.error = std::max(settings.leaves.error, error);
     settings.shapes.sphereSides = std::min<std::uint16_t>(settings.shapes.sphereSides, 6);

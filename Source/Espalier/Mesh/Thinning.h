@@ -14,6 +14,7 @@ struct ThinningScratch
     {
         std::uint32_t start = kNoSegment; ///< Its first segment.
         float kept = 1;                   ///< Share of axes like it that are kept.
+        float area = 0;                   ///< Square metres that it covered as it grew, seen across.
         bool isKept = true;
     };
     std::vector<Axis> axes;
@@ -22,6 +23,7 @@ struct ThinningScratch
     std::vector<std::uint8_t> isNeeded;   ///< Of each segment: its end is a corner that stays.
     std::vector<std::uint32_t> thinnedOf; ///< Of each segment: the one of the thinned plant that it is in.
     std::vector<std::uint32_t> fullOf;    ///< Of each segment of the thinned plant: the first of those in it.
+    std::vector<float> widening;          ///< Of each segment of the thinned plant: how many times as thick it is.
     std::vector<std::uint32_t> organOf;   ///< Of each shape that the thinned plant draws: its number in the full one.
 };
 
@@ -37,7 +39,8 @@ struct ThinningScratch
 ///
 /// An error that is not positive changes nothing. The plant needs its axes (completeAxes) and must be sound (isSound);
 /// so is what comes out. Equal input gives equal bytes. Safe to call concurrently on different scratches and plants.
-void thinSkeleton(const Skeleton& full, float error, ThinningScratch& scratch, Skeleton& thinned);
+void thinSkeleton(const Skeleton& full, float error, ThinningScratch& scratch, Skeleton& thinned,
+                  TubeJoints joints = TubeJoints::Embed);
 
 /// Makes the sources of a mesh of the thinned plant name segments and organs of the full one. `scratch` is as the call
 /// of thinSkeleton left it.

@@ -7,6 +7,7 @@
 #include <Espalier/Plant/Skeleton.h>
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace espalier {
@@ -37,6 +38,12 @@ struct TubeSettings
     TubeJoints joints =
         TubeJoints::Embed; ///< Whether branches are tubes of their own or one surface with their parents.
     MeshStreams streams{}; ///< Tints are those of young wood (BarkAppearance::youngTint).
+    /// Metres: embedded branches that begin no thicker than this have no lid where they do, inside their parent: for
+    /// levels of detail, where nobody could see into one. [0, inf)
+    float openRadius = 0;
+    /// Of each segment: how many times as thick as it grew it was made (thinSkeleton). Its bark stays that of what
+    /// grew. One for every segment, or none: all are as they grew.
+    std::span<const float> widening{};
 };
 
 /// A cross section of a tube.

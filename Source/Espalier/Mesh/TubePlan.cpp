@@ -462,18 +462,22 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
         sinkBase(1 + tube.roots.depth * tube.roots.share / (1 + tube.roots.share), scratch.rings[tube.firstRing]);
     addCap(plan.settings, scratch.rings);
     const std::span<const TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
-    const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points);
+    const float widened = plan.settings.widening.empty() ? 1.0f : plan.settings.widening[segment];
+    const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points) / widened;
     tube.ringCount = static_cast<std::uint32_t>(rings.size());
-    tube.sides = sidesFor(thickest, plan.settings);
+    tube.sides = sidesFor(thickest / widened, plan.settings);
     tube.repeats = std::max(1.f, std::floor(circumference / plan.tile + 0.5f));
     const auto tall = static_cast<float>(tileHeightOf(plan.bark));
     tube.repeatsPerMetre = 1 / (tall * std::max(circumference / tube.repeats, plan.tile / kFinestBark));
     tube.lean = kSpiralGrain * tall;
     giveSides(plan.settings, startRadius, tube.roots, tube.sides);
+    const bool isOpen = startRadius <= plan.settings.openRadius && plan.skeleton.parents[segment] != kNoSegment &&
+                        plan.settings.joints == TubeJoints::Embed;
     // Between buttresses a lid is hollow, so it has a middle.
-    tube.baseVertices = tube.collar.isLaid || tube.roots.depth > 0 ? tube.sides + 1
-                        : rings[0].radius > 0                      ? tube.sides
-                                                                   : 0;
+    tube.baseVertices = isOpen                                       ? 0
+                        : tube.collar.isLaid || tube.roots.depth > 0 ? tube.sides + 1
+                        : rings[0].radius > 0                        ? tube.sides
+                                                                     : 0;
     scratch.tubes.push_back(tube);
 }
 
@@ -490,6 +494,7 @@ TubeSettings clamped(TubeSettings settings) noexcept
     settings.collarFlare = clampedTo(settings.collarFlare, 0, 4);
     settings.collarLength = clampedTo(settings.collarLength, 0, 20);
     settings.rootFlare = clampedTo(settings.rootFlare, 0, 4);
+    settings.openRadius = clampedTo(settings.openRadius, 0, 1e9f);
     return settings;
 }
 

@@ -2,6 +2,7 @@
 
 #include <Espalier/Archetype/Placement.h>
 #include <Espalier/Mesh/DetailLevel.h>
+#include <Espalier/Mesh/Silhouette.h>
 #include <Espalier/Plant/Axes.h>
 #include <Espalier/Species/Appearance.h>
 #include <Plant/SampleSkeletons.h>
@@ -83,7 +84,8 @@ TEST(Thinning, KeepsPlantsSoundAndTheirTrunks)
             EXPECT_LE(thin.size(), before);
             before = thin.size();
             EXPECT_EQ(thin.starts[0], full.starts[0]);
-            EXPECT_EQ(thin.startRadii[0], full.startRadii[0]);
+            EXPECT_GE(thin.startRadii[0], full.startRadii[0]);
+            EXPECT_LE(thin.startRadii[0], 1.14f * full.startRadii[0]) << "what facets cut off";
             for (std::uint32_t i = 0; i < thin.size(); ++i)
                 if (const std::uint32_t next = thin.continuations[i]; next != kNoSegment)
                 {
@@ -113,7 +115,8 @@ TEST(Thinning, CoversWhatTheFullPlantDid)
         for (const float error : {0.01f, 0.02f, 0.04f})
         {
             const Skeleton thin = thinned(full, error);
-            EXPECT_NEAR(areaOf(thin) / areaOf(full), 1, 0.1) << name << " by " << error;
+            // Facets cut some of it off, and wide twigs hide more of each other.
+            EXPECT_NEAR(areaOf(thin) / areaOf(full), 1.1, 0.12) << name << " by " << error;
             EXPECT_LT(thin.size(), full.size());
         }
     }
@@ -270,6 +273,43 @@ TEST(DetailLevel, KeepsTheCrownInLeaf)
     }
 }
 
+TEST(DetailLevel, BareCrownsCoverWhatTheyDid)
+{
+    for (const char* name : {"Birch", "Oak"})
+    {
+        const Skeleton full = drawn(name);
+        DetailScratch scratch;
+        SilhouetteScratch silhouettes;
+        std::array<TreeMesh, 6> meshes;
+        std::array<DetailLevel, 6> levels;
+        meshDetailLevels(full, {}, 0, {}, {}, scratch, meshes, levels);
+        for (const std::size_t level : {3u, 5u}) // finer ones take long to draw
+        {
+            const SilhouetteDifference difference =
+                compareSilhouettes(meshes[0], meshes[level], {}, levels[level].error, silhouettes);
+            EXPECT_NEAR(difference.coverage, 1, 0.1) << name << " level " << level;
+        }
+    }
+}
+
+TEST(DetailLevel, ThinWoodHasTheTintOfWhatGrew)
+{
+    const Skeleton full = drawn("Birch");
+    Appearance appearance;
+    appearance.bark.youngTint = {0.5f, 0, 0};
+    appearance.bark.youngRadius = 0.004f;
+    DetailScratch scratch;
+    std::array<TreeMesh, 5> meshes;
+    std::array<DetailLevel, 5> levels;
+    meshDetailLevels(full, appearance, 0, {}, {}, scratch, meshes, levels);
+    const auto isYoung = [](const Tint& tint) { return tint.green < 128; };
+    const auto shareOf = [&](const TreeMesh& mesh) {
+        return static_cast<double>(std::ranges::count_if(mesh.tints, isYoung)) / static_cast<double>(mesh.tints.size());
+    };
+    EXPECT_GT(shareOf(meshes[0]), 0.5);
+    EXPECT_GT(shareOf(meshes[4]), 0.5);
+}
+
 TEST(DetailLevel, SourcesNameTheFullPlant)
 {
     Skeleton full = drawn("Oak");
@@ -277,7 +317,7 @@ TEST(DetailLevel, SourcesNameTheFullPlant)
         full.spheres.push_back({.centre = full.ends[i], .radius = 0.02f, .segment = i});
     DetailScratch scratch;
     TreeMesh mesh;
-    const DetailLevel detail = meshDetailLevel(full, {}, 2, withSources(), {}, scratch, mesh);
+    const DetailLevel detail = meshDetailLevel(full, {}, 4, withSources(), {}, scratch, mesh);
     ASSERT_EQ(detail.result, MeshResult::Ok);
     ASSERT_EQ(mesh.sources.size(), mesh.positions.size());
     std::set<std::uint32_t> organs;
