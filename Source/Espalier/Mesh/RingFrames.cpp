@@ -7,14 +7,17 @@
 namespace espalier {
 namespace {
 
+using simd::all;
+using simd::dot;
+using simd::Four;
+
 /// Squared length below which a vector has no usable direction.
 constexpr float kNoStep = 1e-24f;
 
-/// `v` mirrored in the plane normal to `axis`; `v` itself where there is no such plane.
-Vec3 reflect(const Vec3& v, const Vec3& axis)
+/// `v` mirrored in the plane normal to `axis`, whose square is given; `v` itself where there is no such plane.
+Four reflect(Four v, Four axis, float square)
 {
-    const float square = glm::dot(axis, axis);
-    return square > kNoStep ? v - (2.f * glm::dot(axis, v) / square) * axis : v;
+    return square > kNoStep ? v - all(2.f * dot(axis, v) / square) * axis : v;
 }
 
 } // namespace
@@ -28,12 +31,14 @@ Vec3 anySideNormalTo(const Vec3& tangent) noexcept
 Vec3 transportSide(const Vec3& side, const Vec3& position, const Vec3& tangent, const Vec3& nextPosition,
                    const Vec3& nextTangent) noexcept
 {
-    const Vec3 step = nextPosition - position;
-    if (glm::dot(step, step) <= kNoStep)
-        return sideNormalTo(nextTangent, side);
-    const Vec3 mirroredSide = reflect(side, step);
-    const Vec3 mirroredTangent = reflect(tangent, step);
-    return sideNormalTo(nextTangent, reflect(mirroredSide, nextTangent - mirroredTangent));
+    const Four next = simd::three(nextTangent);
+    const Four step = simd::three(nextPosition) - simd::three(position);
+    const float square = dot(step, step);
+    if (square <= kNoStep)
+        return simd::vec3(sideNormalTo(next, simd::three(side)));
+    const Four mirroredSide = reflect(simd::three(side), step, square);
+    const Four second = next - reflect(simd::three(tangent), step, square);
+    return simd::vec3(sideNormalTo(next, reflect(mirroredSide, second, dot(second, second))));
 }
 
 } // namespace espalier

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Core/Vector.h>
 #include <cmath>
+#include <limits>
 
 namespace espalier {
 
@@ -14,11 +16,17 @@ namespace espalier {
 [[nodiscard]] Vec3 anySideNormalTo(const Vec3& tangent) noexcept;
 
 /// The unit vector normal to `tangent` (unit) that is nearest to `wish`; any one if `wish` is of no help.
+[[nodiscard]] inline simd::Four sideNormalTo(simd::Four tangent, simd::Four wish) noexcept
+{
+    const simd::Four side = wish - tangent * simd::all(simd::dot(tangent, wish));
+    const float square = simd::dot(side, side);
+    if (square > 1e-6f && square <= std::numeric_limits<float>::max())
+        return side / simd::all(std::sqrt(square));
+    return simd::three(anySideNormalTo(simd::vec3(tangent)));
+}
 [[nodiscard]] inline Vec3 sideNormalTo(const Vec3& tangent, const Vec3& wish) noexcept
 {
-    const Vec3 side = wish - tangent * glm::dot(tangent, wish);
-    const float square = glm::dot(side, side);
-    return square > 1e-6f && std::isfinite(square) ? side / std::sqrt(square) : anySideNormalTo(tangent);
+    return simd::vec3(sideNormalTo(simd::three(tangent), simd::three(wish)));
 }
 
 } // namespace espalier

@@ -1,4 +1,5 @@
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeCollar.h>
@@ -41,11 +42,17 @@ constexpr float kShortestWeld = 0.1f;
 
 constexpr std::uint32_t kMaxCapRings = 4;
 
+using simd::Four;
+using simd::three;
+
 Vec3 directionOf(const Skeleton& skeleton, std::uint32_t segment)
 {
-    const Vec3 heading = directionOr(skeleton.headings[segment], Vec3(0, 1, 0));
-    const Vec3 span = skeleton.ends[segment] - skeleton.starts[segment];
-    return glm::dot(span, span) > kSmallestStep * kSmallestStep ? directionOr(span, heading) : heading;
+    const Four span = three(skeleton.ends[segment]) - three(skeleton.starts[segment]);
+    const float square = simd::dot(span, span);
+    if (square > kSmallestStep * kSmallestStep && std::isfinite(square))
+        return simd::vec3(simd::directionOr(span, span));
+    const Four heading = simd::directionOr(three(skeleton.headings[segment]), Four{0, 1, 0, 0});
+    return simd::vec3(square > kSmallestStep * kSmallestStep ? simd::directionOr(span, heading) : heading);
 }
 
 bool startsTube(const Skeleton& skeleton, std::uint32_t segment)
@@ -276,19 +283,20 @@ TubeRing ringAt(const CurvePoint& point)
 /// True if the tube between two rings passes through itself on the inside of a bend.
 bool foldsBetween(const TubeRing& a, const TubeRing& b)
 {
-    const Vec3 forward = a.tangent + b.tangent;
-    const Vec3 turn = b.tangent - a.tangent;
-    const float advance = glm::dot(b.centre - a.centre, forward);
-    const float inside = (a.radius + b.radius) * 0.5f * glm::length(turn) * glm::length(forward);
+    const Four forward = three(a.tangent) + three(b.tangent);
+    const Four turn = three(b.tangent) - three(a.tangent);
+    const float advance = simd::dot(three(b.centre) - three(a.centre), forward);
+    const float inside = (a.radius + b.radius) * 0.5f * simd::length(turn) * simd::length(forward);
     return advance < 1.1f * inside;
 }
 
 bool isStraightBetween(const TubeRing& a, const TubeRing& b)
 {
-    const Vec3 chord = b.centre - a.centre;
-    const float ahead = glm::dot(chord, a.tangent);
-    return ahead * ahead >= kStraightAhead * kStraightAhead * glm::dot(chord, chord) &&
-           glm::dot(a.tangent, b.tangent) > kStraightCosine && std::abs(a.slope - b.slope) < kStraightSlope &&
+    const Four tangent = three(a.tangent);
+    const Four chord = three(b.centre) - three(a.centre);
+    const float ahead = simd::dot(chord, tangent);
+    return ahead * ahead >= kStraightAhead * kStraightAhead * simd::dot(chord, chord) &&
+           simd::dot(tangent, three(b.tangent)) > kStraightCosine && std::abs(a.slope - b.slope) < kStraightSlope &&
            std::abs(a.radius + a.slope * (b.along - a.along) - b.radius) <= kStraightRadius * a.radius;
 }
 
@@ -332,18 +340,19 @@ private:
 };
 
 /// A dome of one radius' height over the last ring, as round as the chord error asks; its last ring is the apex.
-void addCap(const TubeSettings& settings, std::vector<TubeRing>& rings)
+void addCap(const TubeSettings& settings, TubeScratch& scratch)
 {
+    std::vector<TubeRing>& rings = scratch.rings;
     const TubeRing end = rings.back();
     if (!(end.radius > 0))
         return;
     const float wanted = 0.25f * static_cast<float>(math::kPi) * std::sqrt(end.radius / (2 * settings.chordError));
     const auto count = static_cast<std::uint32_t>(std::clamp(std::ceil(wanted), 1.f, static_cast<float>(kMaxCapRings)));
+    const std::span<const Vec2> circle = circleOf(4 * count, scratch);
     for (std::uint32_t i = 1; i <= count; ++i)
     {
-        const math::SinCos angle = i == count ? math::SinCos{1, 0} : math::sinCosDegrees(90.0 * i / count);
         TubeRing ring = end;
-        ring.normal = {static_cast<float>(angle.cos), static_cast<float>(angle.sin)};
+        ring.normal = circle[i];
         ring.centre += end.tangent * (end.radius * ring.normal.y);
         ring.radius *= ring.normal.x;
         ring.along += end.radius * static_cast<float>(0.5 * math::kPi * i / count);
@@ -430,7 +439,7 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
 
     if (flare.share > 0)
         sinkBase(scratch.rings[tube.firstRing]);
-    addCap(plan.settings, scratch.rings);
+    addCap(plan.settings, scratch);
     const std::span<const TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
     const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points);
     tube.ringCount = static_cast<std::uint32_t>(rings.size());
@@ -456,6 +465,21 @@ TubeSettings clamped(TubeSettings settings) noexcept
     settings.rootFlare = clampedTo(settings.rootFlare, 0, 4);
     settings.rootFlareLength = clampedTo(settings.rootFlareLength, 0, 20);
     return settings;
+}
+
+std::span<const Vec2> circleOf(std::uint32_t sides, TubeScratch& scratch)
+{
+    std::uint32_t& start = scratch.circleStarts[sides]; // plus 1
+    if (start == 0)
+    {
+        start = static_cast<std::uint32_t>(scratch.circlePoints.size()) + 1;
+        for (std::uint32_t j = 0; j <= sides; ++j)
+        {
+            const math::SinCos point = math::sinCosDegrees(360.0 * (j % sides) / sides);
+            scratch.circlePoints.push_back({static_cast<float>(point.cos), static_cast<float>(point.sin)});
+        }
+    }
+    return {&scratch.circlePoints[start - 1], sides + 1};
 }
 
 bool isJoined(const Skeleton& skeleton, std::uint32_t segment) noexcept

@@ -203,18 +203,20 @@ bool layFoot(const TubePlan& plan, std::uint32_t tube, TubeFoot& foot)
     const auto joint = static_cast<std::size_t>(std::max<std::ptrdiff_t>(beyond - host.rings.begin(), 1) - 1);
 
     const TubeRing& ring = scratch.rings[branch.firstRing];
-    const Vec3 up = glm::cross(ring.tangent, ring.side);
+    const simd::Four side = simd::three(ring.side);
+    const simd::Four up = simd::cross(simd::three(ring.tangent), side);
+    const CollarRing onParent(branch.collar, ring);
     const Unrolled middle = unroll(host, joint, ring.centre);
     std::vector<DVec2>& offsets = scratch.sheets.offsets;
     foot.tube = tube;
     foot.firstOffset = static_cast<std::uint32_t>(offsets.size());
     foot.count = branch.sides;
     DVec2 mean(0);
-    const Vec2* const circle = &scratch.circlePoints[scratch.circleStarts[branch.sides] - 1];
+    const std::span<const Vec2> circle = circleOf(branch.sides, scratch);
     for (std::uint32_t j = 0; j < branch.sides; ++j)
     {
-        const Vec3 outward = ring.side * circle[j].x + up * circle[j].y;
-        const Unrolled at = unroll(host, joint, collarPoint(branch.collar, ring, outward, 0));
+        const simd::Four outward = side * simd::all(circle[j].x) + up * simd::all(circle[j].y);
+        const Unrolled at = unroll(host, joint, simd::vec3(onParent.pointAt(outward, 0)));
         offsets.push_back({nearestTurn(at.angle - middle.angle), at.along});
         mean += offsets.back() / static_cast<double>(branch.sides);
     }
