@@ -175,7 +175,9 @@ void sampleAxis(const AxisStart& start, const AxisRounding& rounding, std::vecto
         const std::size_t first = points.size();
         halve(curve, simd::directionOr(curve.b - curve.a, direction), simd::directionOr(curve.d - curve.c, direction),
               rounding.cosMaxTurn, kMaxHalvings, points);
-        points.push_back({.position = next.position, .tangent = next.tangent});
+        CurvePoint& end = points.emplace_back();
+        simd::storeThree(&end.position, curve.d);
+        simd::storeThree(&end.tangent, three(next.tangent));
 
         Four before = curve.a;
         for (std::size_t i = first; i < points.size(); ++i)
