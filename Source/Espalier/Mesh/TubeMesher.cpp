@@ -11,6 +11,7 @@
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -274,6 +275,11 @@ private:
         for (std::uint32_t r = 0; r < sheet.rowCount; ++r)
         {
             const SheetRow& row = plan.rows[sheet.firstRow + r];
+            if (row.rise == 0)
+            {
+                copyRing(row.ring * stride, stride);
+                continue;
+            }
             for (std::uint32_t j = 0; j < stride; ++j)
                 writePoint(tube, {.ring = row.ring, .column = j, .rise = row.rise});
         }
@@ -318,6 +324,24 @@ private:
             const std::uint32_t number = plan.corners[band.firstCorner + c];
             mesh_.indices[index_++] = number < rows ? lower + number : points + number - rows;
         }
+    }
+
+    /// `count` vertices of the rings as they are.
+    void copyRing(std::size_t from, std::size_t count)
+    {
+        const TreeMesh& rings = scratch_.unwelded;
+        const auto copy = [&](const auto& of, auto& to) {
+            std::memcpy(&to[vertex_], &of[from], count * sizeof(of[from]));
+        };
+        copy(rings.positions, mesh_.positions);
+        copy(rings.normals, mesh_.normals);
+        copy(rings.tangents, mesh_.tangents);
+        copy(rings.uvs, mesh_.uvs);
+        if (streams_.tints)
+            copy(rings.tints, mesh_.tints);
+        if (streams_.sources)
+            copy(rings.sources, mesh_.sources);
+        vertex_ += count;
     }
 
     /// A vertex somewhere on the facets between the rings.
@@ -487,9 +511,20 @@ void turnToFront(TreeMesh& mesh, std::size_t firstIndex)
     for (std::size_t i = firstIndex; i + 2 < mesh.indices.size(); i += 3)
     {
         const std::uint32_t* const corners = &mesh.indices[i];
-        const Vec3& a = mesh.positions[corners[0]];
-        const Vec3 face =
-            directionOr(glm::cross(mesh.positions[corners[1]] - a, mesh.positions[corners[2]] - a), Vec3(0));
+        const simd::Four a = three(mesh.positions[corners[0]]);
+        const simd::Four across =
+            simd::cross(three(mesh.positions[corners[1]]) - a, three(mesh.positions[corners[2]]) - a);
+        // Nearly all stand well in front; whoever does needs no unit vector to be told so.
+        const float square = simd::dot(across, across);
+        const float wellInFront = 1.02f * kLeastFacing * kLeastFacing * square;
+        const auto isFine = [&](std::uint32_t corner) {
+            const float ahead = simd::dot(three(mesh.normals[corner]), across);
+            return ahead > 0 && ahead * ahead > wellInFront;
+        };
+        const bool isMeasured = square > 1e-24f && square < 1e24f; // far from where floats end
+        if (isMeasured && isFine(corners[0]) && isFine(corners[1]) && isFine(corners[2]))
+            continue;
+        const Vec3 face = simd::vec3(simd::directionOr(across, simd::Four{}));
         for (int k = 0; k < 3; ++k)
         {
             Vec3& normal = mesh.normals[corners[k]];

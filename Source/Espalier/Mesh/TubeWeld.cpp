@@ -156,16 +156,16 @@ void makeStar(std::span<DVec2> outline, double radius)
     double widest = 0;
     for (const DVec2& p : outline)
         widest = std::max(widest, glm::length(p * metric));
-    double turned = 0;
+    std::uint32_t turns = 0; // as often as it comes up from below the first axis
     bool isStar = widest > 0;
     for (std::size_t j = 0; j < outline.size(); ++j)
     {
         const DVec2 a = outline[j] * metric;
         const DVec2 b = outline[j + 1 == outline.size() ? 0 : j + 1] * metric;
         isStar = isStar && crossOf(a, b) > 1e-3 * widest * widest / static_cast<double>(outline.size());
-        turned += math::atan2(crossOf(a, b), glm::dot(a, b));
+        turns += a.y < 0 && b.y >= 0 ? 1 : 0;
     }
-    if (isStar && turned < 1.5 * kTurn)
+    if (isStar && turns < 2)
         return;
 
     double width = 0;
@@ -379,7 +379,7 @@ void makeRoom(const Host& host, SheetPlan& sheets, std::span<TubeFoot> feet)
 double distanceTo(std::span<const DVec2> outline, const DVec2& place, double radius)
 {
     const DVec2 metric(radius, 1);
-    double nearest = 1e30;
+    double nearest = 1e60; // squared: roots keep order
     bool isInside = true;
     for (std::size_t j = 0; j < outline.size(); ++j)
     {
@@ -388,12 +388,13 @@ double distanceTo(std::span<const DVec2> outline, const DVec2& place, double rad
         const DVec2 side = b - a;
         const double square = glm::dot(side, side);
         const double t = square > 0 ? std::clamp(glm::dot(place - a, side) / square, 0., 1.) : 0;
-        nearest = std::min(nearest, glm::length(place - a - side * t));
+        const DVec2 way = place - a - side * t;
+        nearest = std::min(nearest, glm::dot(way, way));
         // In the wedge of this side, which only one is: the outline is a star.
         if (crossOf(a, place) >= 0 && crossOf(place, b) > 0)
             isInside = crossOf(side, place - a) > 0;
     }
-    return isInside ? 0 : nearest;
+    return isInside ? 0 : std::sqrt(nearest);
 }
 
 /// A band while it is cut.
