@@ -2,11 +2,18 @@
 #include <algorithm>
 #include <cmath>
 
+// The work here is short chains of vectors, a few hundred nanoseconds a tube, in which every branch and every trip
+// through memory shows: so they are kept in registers, all three numbers of a vector in one.
 // Radii: F. N. Fritsch, J. Butland, "A Method for Constructing Local Monotone Piecewise Cubic Interpolants", SIAM J.
 // Sci. Stat. Comput., 1984 (the harmonic mean of neighbouring secants).
 
 namespace espalier {
 namespace {
+
+using simd::all;
+using simd::dot;
+using simd::Four;
+using simd::three;
 
 /// A segment is halved at most so often: 2^8 rings draw any bend that anybody asked for.
 constexpr int kMaxHalvings = 8;
@@ -23,10 +30,11 @@ Vec3 anyNormalTo(const Vec3& direction)
     return glm::normalize(glm::cross(direction, aside));
 }
 
-Vec3 tangentBetween(const Vec3& before, const Vec3& after)
+Four tangentBetween(Four before, Four after)
 {
-    const Vec3 sum = before + after;
-    return glm::dot(sum, sum) > 4 * kHairpin * kHairpin ? glm::normalize(sum) : anyNormalTo(before);
+    const Four sum = before + after;
+    const float square = dot(sum, sum);
+    return square > 4 * kHairpin * kHairpin ? sum * all(1 / std::sqrt(square)) : three(anyNormalTo(simd::vec3(before)));
 }
 
 float monotoneSlope(const AxisJoint& before, const AxisJoint& here, float nextRadius)
@@ -44,30 +52,36 @@ float monotoneSlope(const AxisJoint& before, const AxisJoint& here, float nextRa
 void fit(const Vec3& startTangent, std::vector<AxisJoint>& joints)
 {
     const std::size_t last = joints.size() - 1;
+    Four position = three(joints[0].position);
+    Four direction{};
     for (std::size_t k = 0; k < last; ++k)
     {
-        const Vec3 chord = joints[k + 1].position - joints[k].position;
-        joints[k].length = glm::length(chord);
-        joints[k].direction = directionOr(chord, Vec3(0, 1, 0));
+        const Four next = three(joints[k + 1].position);
+        const Four chord = next - position;
+        const Four before = direction;
+        direction = simd::directionOr(chord, Four{0, 1, 0, 0});
+        joints[k].length = simd::length(chord);
+        simd::storeThree(&joints[k].direction, direction);
+        if (k > 0)
+            simd::storeThree(&joints[k].tangent, tangentBetween(before, direction));
+        position = next;
     }
     joints[last].direction = joints[last - 1].direction;
 
     joints[0].tangent = startTangent;
     joints[0].slope = (joints[1].radius - joints[0].radius) / joints[0].length;
     for (std::size_t k = 1; k < last; ++k)
-    {
-        joints[k].tangent = tangentBetween(joints[k - 1].direction, joints[k].direction);
         joints[k].slope = monotoneSlope(joints[k - 1], joints[k], joints[k + 1].radius);
-    }
     // A free end is bent by nothing: the cubic's second derivative vanishes there.
     const AxisJoint& before = joints[last - 1];
-    joints[last].tangent = directionOr(1.5f * before.direction - 0.5f * before.tangent, before.direction);
+    const Four tangent = all(1.5f) * direction - all(0.5f) * three(before.tangent);
+    simd::storeThree(&joints[last].tangent, simd::directionOr(tangent, direction));
     joints[last].slope = (joints[last].radius - before.radius) / before.length;
 }
 
 struct Bezier
 {
-    Vec3 a, b, c, d;
+    Four a, b, c, d;
 };
 
 /// The cubic over the segment from joint `k` to the next, with its end tangents turned towards the chord as `smoothing`
@@ -76,39 +90,44 @@ Bezier segmentCurve(const std::vector<AxisJoint>& joints, std::size_t k, float s
 {
     const AxisJoint& here = joints[k];
     const AxisJoint& next = joints[k + 1];
+    const Four direction = three(here.direction);
     const float reachBefore = k > 0 ? joints[k - 1].length : startReach;
     const float reachAfter = k + 2 < joints.size() ? next.length : here.length;
     const auto handle = [&](const Vec3& tangent, float reach) {
         // A unit tangent of full length is Catmull-Rom's on even joints; a turned one bulges less when shorter.
-        const Vec3 blended = directionOr(glm::mix(here.direction, tangent, smoothing), here.direction);
-        const float turned = std::max(glm::dot(blended, here.direction), 0.35f);
+        const Four blended = simd::directionOr(simd::mix(direction, three(tangent), smoothing), direction);
+        const float turned = std::max(dot(blended, direction), 0.35f);
         const float length = std::clamp(2 * reach, kLeastReach * here.length, here.length);
-        return blended * (turned * length / 3.f);
+        return blended * all(turned * length / 3.f);
     };
-    return {here.position, here.position + handle(here.tangent, reachBefore),
-            next.position - handle(next.tangent, reachAfter), next.position};
+    const Four a = three(here.position);
+    const Four d = three(next.position);
+    return {a, a + handle(here.tangent, reachBefore), d - handle(next.tangent, reachAfter), d};
 }
 
 /// Appends the points strictly inside `curve`, in order; radius, slope and along are left for later.
-void halve(const Bezier& curve, const Vec3& startTangent, const Vec3& endTangent, float cosMaxTurn, int halvings,
+void halve(const Bezier& curve, Four startTangent, Four endTangent, float cosMaxTurn, int halvings,
            std::vector<CurvePoint>& points)
 {
-    const Vec3 middle = directionOr(curve.c - curve.b, curve.d - curve.a);
-    const bool turns = glm::dot(startTangent, middle) < cosMaxTurn || glm::dot(middle, endTangent) < cosMaxTurn ||
-                       glm::dot(startTangent, endTangent) < cosMaxTurn;
+    const Four middle = simd::directionOr(curve.c - curve.b, curve.d - curve.a);
+    const bool turns = dot(startTangent, middle) < cosMaxTurn || dot(middle, endTangent) < cosMaxTurn ||
+                       dot(startTangent, endTangent) < cosMaxTurn;
     if (!turns || halvings == 0)
         return;
 
-    const Vec3 ab = 0.5f * (curve.a + curve.b);
-    const Vec3 bc = 0.5f * (curve.b + curve.c);
-    const Vec3 cd = 0.5f * (curve.c + curve.d);
-    const Vec3 abc = 0.5f * (ab + bc);
-    const Vec3 bcd = 0.5f * (bc + cd);
-    const Vec3 split = 0.5f * (abc + bcd);
-    const Vec3 splitTangent = directionOr(bcd - abc, startTangent);
+    const Four half = all(0.5f);
+    const Four ab = half * (curve.a + curve.b);
+    const Four bc = half * (curve.b + curve.c);
+    const Four cd = half * (curve.c + curve.d);
+    const Four abc = half * (ab + bc);
+    const Four bcd = half * (bc + cd);
+    const Four split = half * (abc + bcd);
+    const Four splitTangent = simd::directionOr(bcd - abc, startTangent);
 
     halve({curve.a, ab, abc, split}, startTangent, splitTangent, cosMaxTurn, halvings - 1, points);
-    points.push_back({.position = split, .tangent = splitTangent});
+    CurvePoint& point = points.emplace_back();
+    simd::storeThree(&point.position, split);
+    simd::storeThree(&point.tangent, splitTangent);
     halve({split, bcd, cd, curve.d}, splitTangent, endTangent, cosMaxTurn, halvings - 1, points);
 }
 
@@ -152,15 +171,21 @@ void sampleAxis(const AxisStart& start, const AxisRounding& rounding, std::vecto
         const AxisJoint& here = joints[k];
         const AxisJoint& next = joints[k + 1];
         const Bezier curve = segmentCurve(joints, k, start.reach, rounding.smoothing);
+        const Four direction = three(here.direction);
         const std::size_t first = points.size();
-        halve(curve, directionOr(curve.b - curve.a, here.direction), directionOr(curve.d - curve.c, here.direction),
+        halve(curve, simd::directionOr(curve.b - curve.a, direction), simd::directionOr(curve.d - curve.c, direction),
               rounding.cosMaxTurn, kMaxHalvings, points);
-        points.push_back({.position = next.position, .tangent = next.tangent});
+        CurvePoint& end = points.emplace_back();
+        simd::storeThree(&end.position, curve.d);
+        simd::storeThree(&end.tangent, three(next.tangent));
 
+        Four before = curve.a;
         for (std::size_t i = first; i < points.size(); ++i)
         {
-            points[i].along = points[i - 1].along + glm::length(points[i].position - points[i - 1].position);
+            const Four position = three(points[i].position);
+            points[i].along = points[i - 1].along + simd::length(position - before);
             points[i].piece = here.piece;
+            before = position;
         }
         const float startAlong = points[first - 1].along;
         const float length = points.back().along - startAlong;
@@ -178,14 +203,17 @@ CurvePoint pointBetween(const CurvePoint& a, const CurvePoint& b, float along) n
     if (!(length > 0))
         return point;
     const float t = (along - a.along) / length;
-    const Vec3 chord = b.position - a.position;
-    const Vec3 m0 = a.tangent * length;
-    const Vec3 m1 = b.tangent * length;
-    const Vec3 bend = m0 + m1 - 2.f * chord;
-    const Vec3 lean = 3.f * chord - 2.f * m0 - m1;
+    const Four from = three(a.position);
+    const Four chord = three(b.position) - from;
+    const Four startTangent = three(a.tangent);
+    const Four m0 = startTangent * all(length);
+    const Four m1 = three(b.tangent) * all(length);
+    const Four bend = m0 + m1 - all(2.f) * chord;
+    const Four lean = all(3.f) * chord - all(2.f) * m0 - m1;
     point.along = along;
-    point.position = a.position + t * (m0 + t * (lean + t * bend));
-    point.tangent = directionOr(m0 + t * (2.f * lean + 3.f * t * bend), a.tangent);
+    simd::storeThree(&point.position, from + all(t) * (m0 + all(t) * (lean + all(t) * bend)));
+    const Four way = m0 + all(t) * (all(2.f) * lean + all(3.f * t) * bend);
+    simd::storeThree(&point.tangent, simd::directionOr(way, startTangent));
     setRadius(point, along - a.along, length, a.radius, a.slope, b.radius, b.slope);
     return point;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Core/Vector.h>
 #include <algorithm>
 #include <cmath>
@@ -48,12 +49,7 @@ struct AxisRounding
 /// The unit vector along `v`, or `otherwise` where `v` has no direction.
 [[nodiscard]] inline Vec3 directionOr(const Vec3& v, const Vec3& otherwise) noexcept
 {
-    // Scaled first: the square of a short vector would underflow.
-    const float largest = std::max(std::max(std::abs(v.x), std::abs(v.y)), std::abs(v.z));
-    if (!(largest > 0) || !std::isfinite(largest))
-        return otherwise;
-    const Vec3 scaled = v / largest;
-    return scaled / std::sqrt(glm::dot(scaled, scaled));
+    return simd::vec3(simd::directionOr(simd::three(v), simd::three(otherwise)));
 }
 
 /// True if `b` may follow `a` as a joint: nearer ones, within a micrometre or a few roundings of their coordinates, are

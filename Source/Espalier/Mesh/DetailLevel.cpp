@@ -75,19 +75,21 @@ private:
     [[nodiscard]] bool isFewAt(int step, std::uint64_t wanted)
     {
         DetailScratch::Trial& trial = trialAt(step);
-        if (trial.leaves > wanted)
+        if (trial.bare + trial.leaves > wanted)
             return false;
         if (!trial.isCounted)
         {
+            // One triangle too many is enough to know: fine steps cost no more than a mesh of what is wanted.
+            const std::uint64_t enough = wanted - trial.leaves;
             const float error = errorAt(step, finest_);
             thinSkeleton(full_, error, scratch_.thinning, scratch_.thinned, settings_.tubes.joints);
             MeshCounts bare;
             const MeshResult result =
-                countBare(scratch_.thinned, appearance_, woodSettings(error), limits_, scratch_.mesh, bare);
+                countBare(scratch_.thinned, appearance_, woodSettings(error), limits_, scratch_.mesh, bare, enough);
             // Nothing left of bare wood is few enough; wood that was widened beyond all limits is no mesh.
             trial.hasMesh = result == MeshResult::Ok || result == MeshResult::EmptySkeleton;
             trial.bare = bare.indices;
-            trial.isCounted = true;
+            trial.isCounted = !(trial.hasMesh && trial.bare > enough);
         }
         return trial.hasMesh && trial.bare + trial.leaves <= wanted;
     }

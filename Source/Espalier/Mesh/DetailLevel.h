@@ -17,8 +17,8 @@ struct DetailScratch
     {
         int step = 0;             ///< Stands for the error.
         std::uint64_t leaves = 0; ///< Indices.
-        std::uint64_t bare = 0;   ///< Indices of wood and shapes.
-        bool isCounted = false;   ///< Wood and shapes have been.
+        std::uint64_t bare = 0;   ///< Indices of wood and shapes, or as many as have been counted.
+        bool isCounted = false;   ///< All of them have been.
         bool hasMesh = false;     ///< They have one, even if it is empty.
     };
     ThinningScratch thinning;

@@ -3,6 +3,7 @@
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Random.h>
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Plant/Places.h>
 #include <Espalier/Species/LeafOutline.h>
@@ -39,20 +40,24 @@ constexpr std::uint64_t kFewestVertices = 4;
 /// How much of the way out is that of the whole crown, rather than of the clump that a leaf is in.
 constexpr float kWholeCrown = 0.6f;
 
+using simd::all;
+using simd::Four;
+using simd::three;
+
 /// The unit vector along one whose length is about 1; `otherwise` where most of it cancelled out.
-Vec3 unitOr(const Vec3& v, const Vec3& otherwise)
+Four unitOr(Four v, Four otherwise)
 {
-    const float square = glm::dot(v, v);
-    return square > 1e-8f ? v * (1 / std::sqrt(square)) : otherwise;
+    const float square = simd::dot(v, v);
+    return square > 1e-8f ? v * all(1 / std::sqrt(square)) : otherwise;
 }
 
 /// The unit vector normal to `heading` nearest to `wish`, or where that is of no help, to `otherwise`.
-Vec3 faceOf(const Vec3& heading, const Vec3& wish, const Vec3& otherwise)
+Four faceOf(Four heading, Four wish, Four otherwise)
 {
-    Vec3 face = wish - glm::dot(wish, heading) * heading;
-    face -= glm::dot(face, heading) * heading; // what rounding left, where the wish was nearly the heading
-    const float square = glm::dot(face, face);
-    return square > 1e-6f ? face * (1 / std::sqrt(square)) : sideNormalTo(heading, otherwise);
+    Four face = wish - all(simd::dot(wish, heading)) * heading;
+    face -= all(simd::dot(face, heading)) * heading; // what rounding left, where the wish was nearly the heading
+    const float square = simd::dot(face, face);
+    return square > 1e-6f ? face * all(1 / std::sqrt(square)) : sideNormalTo(heading, otherwise);
 }
 
 /// True where a run of wood without a gap begins.
@@ -112,11 +117,6 @@ struct Lots
         c = even(42);
     }
 };
-
-Vec3 middleOf(const PlacedLeaf& leaf)
-{
-    return leaf.foot + 0.5f * leaf.length * leaf.heading;
-}
 
 float coverOf(const LeafAppearance& kind, std::vector<FoliageScratch::Cover>& known)
 {
@@ -186,8 +186,13 @@ private:
     {
         std::vector<AxisJoint>& joints = scratch_.joints;
         joints.clear();
-        joints.push_back(
-            {.position = skeleton_.starts[segment], .radius = skeleton_.startRadii[segment], .piece = segment});
+        const auto append = [&](const Vec3& position, float radius) {
+            AxisJoint& joint = joints.emplace_back();
+            simd::storeThree(&joint.position, three(position));
+            joint.radius = radius;
+        };
+        append(skeleton_.starts[segment], skeleton_.startRadii[segment]);
+        joints[0].piece = segment;
         float thinnest = joints[0].radius;
         for (std::uint32_t i = segment; i != kNoSegment; i = skeleton_.continuations[i])
         {
@@ -198,7 +203,7 @@ private:
             if (areApart(joints.back().position, skeleton_.ends[i]))
             {
                 joints.back().piece = i;
-                joints.push_back({.position = skeleton_.ends[i], .radius = radius});
+                append(skeleton_.ends[i], radius);
             }
             else
                 joints.back().radius = radius;
@@ -242,10 +247,19 @@ private:
         else if (const Vec3 bent = glm::cross(sky, directionOr(reach, sky)); glm::dot(bent, bent) > kUpright)
             side = bent;
         scratch_.sides.resize(points.size());
-        scratch_.sides[0] = sideNormalTo(points[0].tangent, side);
+        Four position = three(points[0].position);
+        Four tangent = three(points[0].tangent);
+        Four carried = sideNormalTo(tangent, three(side));
+        simd::storeThree(&scratch_.sides[0], carried);
         for (std::size_t i = 1; i < points.size(); ++i)
-            scratch_.sides[i] = transportSide(scratch_.sides[i - 1], points[i - 1].position, points[i - 1].tangent,
-                                              points[i].position, points[i].tangent);
+        {
+            const Four nextPosition = three(points[i].position);
+            const Four nextTangent = three(points[i].tangent);
+            carried = transportSide(carried, position, tangent, nextPosition, nextTangent);
+            simd::storeThree(&scratch_.sides[i], carried);
+            position = nextPosition;
+            tangent = nextTangent;
+        }
     }
 
     MeshResult placeAlongShoot(std::uint32_t segment)
@@ -306,7 +320,9 @@ private:
             CurvePoint tip = points.back();
             tip.position += tip.radius * tip.tangent; // where its round end is
             tip.radius = 0;
-            if (!add(kind, number, stretch, tip, scratch_.sides.back(), shoot, 0, 0, isTip))
+            const Lots stays(shoot, 1);
+            if (stays.a < kind.density &&
+                !add(kind, number, stretch, tip, three(scratch_.sides.back()), shoot, stays, 0, 0, isTip))
                 return MeshResult::TooManyVertices;
         }
         const double phase = 360 * shoot.uniform(Purpose::Foliage);
@@ -314,16 +330,29 @@ private:
         const auto count = static_cast<std::uint32_t>(nodes);
         for (std::uint32_t node = 1; node <= count; ++node)
         {
-            const float along = end - static_cast<float>(node) * kind.spacing;
-            while (next > 1 && points[next - 1].along > along)
-                --next;
-            const CurvePoint& before = points[next - 1];
-            const CurvePoint point = pointBetween(before, points[next], std::max(along, before.along));
-            const Vec3 side =
-                transportSide(scratch_.sides[next - 1], before.position, before.tangent, point.position, point.tangent);
+            const RandomKey key = shoot.child(node);
+            CurvePoint point;
+            Four side{};
+            bool isBare = true;
             for (std::uint32_t leaf = 0; leaf < each; ++leaf)
-                if (!add(kind, number, stretch, point, side, shoot.child(node), turnOf(kind, phase, node, leaf), leaf))
+            {
+                const Lots stays(key, 2 * leaf + 1);
+                if (!(stays.a < kind.density))
+                    continue;
+                if (isBare) // where the node is matters only if something stands there
+                {
+                    const float along = end - static_cast<float>(node) * kind.spacing;
+                    while (next > 1 && points[next - 1].along > along)
+                        --next;
+                    const CurvePoint& before = points[next - 1];
+                    point = pointBetween(before, points[next], std::max(along, before.along));
+                    side = transportSide(three(scratch_.sides[next - 1]), three(before.position), three(before.tangent),
+                                         three(point.position), three(point.tangent));
+                    isBare = false;
+                }
+                if (!add(kind, number, stretch, point, side, key, stays, turnOf(kind, phase, node, leaf), leaf))
                     return MeshResult::TooManyVertices;
+            }
         }
         return MeshResult::Ok;
     }
@@ -335,22 +364,20 @@ private:
     static constexpr bool isTip = true;
 
     /// The side that ranks lie on: horizontal as far as faces look up.
-    [[nodiscard]] static Vec3 rankSide(const LeafAppearance& kind, const CurvePoint& point, const Vec3& side)
+    [[nodiscard]] static Four rankSide(const LeafAppearance& kind, Four tangent, Four side)
     {
         if (kind.arrangement != LeafArrangement::Alternate)
             return side;
-        Vec3 flat = glm::cross(Vec3(0, 1, 0), point.tangent);
-        flat = glm::dot(flat, side) < 0 ? -flat : flat;
-        return sideNormalTo(point.tangent, (1 - kind.facing) * side + 2 * kind.facing * flat);
+        Four flat = simd::cross(Four{0, 1, 0, 0}, tangent);
+        flat = simd::dot(flat, side) < 0 ? -flat : flat;
+        return sideNormalTo(tangent, all(1 - kind.facing) * side + all(2 * kind.facing) * flat);
     }
 
-    /// False if there are too many.
+    /// Places a leaf for which there is a lot that lets it stay. False if there are too many.
     bool add(const LeafAppearance& kind, std::uint32_t number, const Stretch& stretch, const CurvePoint& point,
-             const Vec3& side, const RandomKey& node, double turn, std::uint32_t leaf, bool endsShoot = false)
+             Four side, const RandomKey& node, const Lots& stays, double turn, std::uint32_t leaf,
+             bool endsShoot = false)
     {
-        const Lots stays(node, 2 * leaf + 1);
-        if (!(stays.a < kind.density))
-            return true;
         const Lots bearing(node, 2 * leaf + 2);
         const float share =
             stretch.end > stretch.from ? (point.along - stretch.from) / (stretch.end - stretch.from) : 1.f;
@@ -359,23 +386,27 @@ private:
         if (!(size >= kShortest))
             return true;
 
+        const Four tangent = three(point.tangent);
         const math::SinCos round = math::sinCosDegrees(turn);
-        const Vec3 left = rankSide(kind, point, side);
-        const Vec3 back = glm::cross(point.tangent, left);
-        const Vec3 radial = static_cast<float>(round.cos) * left + static_cast<float>(round.sin) * back;
+        const Four left = rankSide(kind, tangent, side);
+        const Four back = simd::cross(tangent, left);
+        const Four radial = all(static_cast<float>(round.cos)) * left + all(static_cast<float>(round.sin)) * back;
         const float spread = kind.angleSpread * (2 * bearing.a - 1);
         const math::SinCos lean = math::sinCos(static_cast<double>(endsShoot ? 0.5f * spread : kind.angle + spread));
-        const auto sin = static_cast<float>(lean.sin);
-        const auto cos = static_cast<float>(lean.cos);
-        const Vec3 risen = cos * point.tangent + sin * radial;
+        const Four sin = all(static_cast<float>(lean.sin));
+        const Four cos = all(static_cast<float>(lean.cos));
+        const Four risen = cos * tangent + sin * radial;
 
         FoliageScratch::Candidate& candidate = scratch_.candidates.emplace_back();
         PlacedLeaf& placed = candidate.leaf;
-        placed.heading = unitOr(glm::mix(risen, Vec3(0, -1, 0), kind.droop), risen);
+        const Four heading = unitOr(simd::mix(risen, Four{0, -1, 0, 0}, kind.droop), risen);
         // Its upper side looks towards the tip of the shoot, or as far as wanted to the sky.
-        const Vec3 towardsTip = sin * point.tangent - cos * radial;
-        placed.face = faceOf(placed.heading, glm::mix(towardsTip, Vec3(0, 1, 0), kind.facing), towardsTip);
-        placed.foot = point.position + point.radius * radial;
+        const Four towardsTip = sin * tangent - cos * radial;
+        const Four face = faceOf(heading, simd::mix(towardsTip, Four{0, 1, 0, 0}, kind.facing), towardsTip);
+        const Four foot = three(point.position) + all(point.radius) * radial;
+        simd::storeThree(&placed.heading, heading);
+        simd::storeThree(&placed.face, face);
+        simd::storeThree(&placed.foot, foot);
         placed.length = size * kind.length;
         placed.segment = point.piece;
         placed.lot = stays.b;
@@ -383,7 +414,9 @@ private:
         placed.outward = Vec3(shade); // until its place in the crown is known
         candidate.kind = number;
         candidate.lot = stays.a;
-        scratch_.shaders.push_back({middleOf(placed), areas_[number] * placed.length * placed.length});
+        Shader& shader = scratch_.shaders.emplace_back();
+        simd::storeThree(&shader.place, foot + all(0.5f * placed.length) * heading);
+        shader.area = areas_[number] * placed.length * placed.length;
         return scratch_.candidates.size() * kFewestVertices <= limits_.vertices;
     }
 
@@ -425,9 +458,9 @@ struct CrownShape
             narrowness[axis] = static_cast<float>(largest / std::max(squares[axis], largest / 9));
     }
 
-    [[nodiscard]] Vec3 outwardFrom(const Vec3& place) const
+    [[nodiscard]] Four outwardFrom(const Vec3& place) const
     {
-        return directionOr((place - middle) * narrowness, Vec3(0, 1, 0));
+        return simd::directionOr((three(place) - three(middle)) * three(narrowness), Four{0, 1, 0, 0});
     }
 };
 
@@ -454,8 +487,8 @@ void settle(std::span<const LeafAppearance> kinds, FoliageScratch& scratch, Foli
                 continue;
             PlacedLeaf& leaf = foliage.leaves.emplace_back(candidate.leaf);
             leaf.tint = tintOf(Vec3(leaf.outward.x * (kDarkest + (1 - kDarkest) * here.light)));
-            const Vec3 whole = crown.outwardFrom(place);
-            leaf.outward = unitOr(glm::mix(here.outward, whole, kWholeCrown), whole);
+            const Four whole = crown.outwardFrom(place);
+            simd::storeThree(&leaf.outward, unitOr(simd::mix(three(here.outward), whole, kWholeCrown), whole));
         }
     }
     foliage.starts[kMaxLeafKinds] = static_cast<std::uint32_t>(foliage.leaves.size());

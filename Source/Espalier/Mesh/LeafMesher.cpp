@@ -18,6 +18,10 @@
 namespace espalier {
 namespace {
 
+using simd::all;
+using simd::Four;
+using simd::three;
+
 /// However far a normal is bent outwards, it keeps this share of how much it agrees with the triangles round it.
 constexpr float kAgreement = 0.25f;
 
@@ -276,7 +280,19 @@ void layBall(const LeafAppearance& kind, float bend, float longest, LeafPattern&
             addStalk(across, facing, stalk + 0.5f * radius, pattern);
 }
 
-void layPattern(const LeafAppearance& wanted, float bend, LeafScratch& scratch, LeafPattern& pattern)
+/// Notes which vertices need no normal of their own: all but the first of a flat quad.
+void noteLikes(std::vector<LeafVertex>& vertices)
+{
+    for (std::size_t i = 1; i < vertices.size(); ++i)
+    {
+        const LeafVertex& a = vertices[i - 1];
+        LeafVertex& b = vertices[i];
+        b.isLitAsBefore = a.normal == b.normal && a.right == b.right && a.facing == b.facing &&
+                          a.triangleCount == b.triangleCount && a.triangles == b.triangles && a.agree == b.agree;
+    }
+}
+
+void layKind(const LeafAppearance& wanted, float bend, LeafScratch& scratch, LeafPattern& pattern)
 {
     const LeafAppearance kind = withinRanges(wanted);
     const float longest = kind.length * (1 + kind.lengthSpread);
@@ -291,6 +307,12 @@ void layPattern(const LeafAppearance& wanted, float bend, LeafScratch& scratch, 
         layCrossed(kind, hexagon, bend, longest, pattern);
     else
         layBlade(kind, hexagon, bend, longest, pattern);
+}
+
+void layPattern(const LeafAppearance& wanted, float bend, LeafScratch& scratch, LeafPattern& pattern)
+{
+    layKind(wanted, bend, scratch, pattern);
+    noteLikes(pattern.vertices);
 }
 
 /// Which leaves of a kind stay at some error, and how much longer they are.
@@ -326,18 +348,19 @@ public:
 
     void write(const PlacedLeaf& leaf, float length, const VertexSource& source, const LeafPattern& pattern)
     {
-        const Vec3 right = glm::cross(leaf.heading, leaf.face);
-        const Vec3 out(glm::dot(leaf.outward, right), glm::dot(leaf.outward, leaf.heading),
-                       glm::dot(leaf.outward, leaf.face));
-        const auto four = [](const Vec3& v) { return simd::Four{v.x, v.y, v.z, 0}; };
-        const simd::Four x = four(right);
-        const simd::Four y = four(leaf.heading);
-        const simd::Four z = four(leaf.face);
-        const simd::Four foot = four(leaf.foot);
-        const simd::Four size = simd::all(length);
-        const auto toPlant = [&](const Vec3& v) {
-            return simd::all(v.x) * x + simd::all(v.y) * y + simd::all(v.z) * z;
+        const Four y = three(leaf.heading);
+        const Four z = three(leaf.face);
+        const Four x = simd::cross(y, z);
+        const Four outward = three(leaf.outward);
+        const Four out{simd::dot(outward, x), simd::dot(outward, y), simd::dot(outward, z), 0};
+        const Four foot = three(leaf.foot);
+        const Four size = simd::all(length);
+        const auto toPlant = [&](Four v) {
+            return simd::splat<0>(v) * x + simd::splat<1>(v) * y + simd::splat<2>(v) * z;
         };
+        constexpr Four kRightHanded{0, 0, 0, 1};
+        Four normal{};
+        Four along{};
         const auto first = static_cast<std::uint32_t>(vertex_);
         Vec3* position = &mesh_.positions[vertex_];
         Vec3* normalAt = &mesh_.normals[vertex_];
@@ -345,13 +368,17 @@ public:
         Vec2* uv = &mesh_.uvs[vertex_];
         for (const LeafVertex& vertex : pattern.vertices)
         {
-            const Vec3 normal = bentOut(vertex, out, pattern.bends);
-            Vec3 along = vertex.right - glm::dot(vertex.right, normal) * normal;
-            along *= 1 / glm::length(along);
-            simd::storeThree(position++, foot + size * toPlant(vertex.position));
-            simd::storeThree(normalAt++, toPlant(normal));
-            simd::storeThree(tangent, toPlant(along));
-            tangent++->w = 1;
+            if (!vertex.isLitAsBefore)
+            {
+                const Four bent = bentOut(vertex, out, pattern.bends);
+                const Four right = three(vertex.right);
+                const Four flat = right - all(simd::dot(right, bent)) * bent;
+                normal = toPlant(bent);
+                along = simd::withLast(simd::firstThree(toPlant(flat * all(1 / simd::length(flat)))), kRightHanded);
+            }
+            simd::storeThree(position++, foot + size * toPlant(three(vertex.position)));
+            simd::storeThree(normalAt++, normal);
+            simd::store(tangent++, along);
             *uv++ = vertex.uv;
         }
         vertex_ += pattern.vertices.size();
@@ -369,21 +396,22 @@ public:
 private:
     /// Towards the outside, or away from it where the leaf's back is there, but no farther than leaves the normal in
     /// front of every triangle round it.
-    static Vec3 bentOut(const LeafVertex& vertex, const Vec3& out, float bends)
+    static Four bentOut(const LeafVertex& vertex, Four out, float bends)
     {
+        const Four own = three(vertex.normal);
         if (!(bends > 0))
-            return vertex.normal;
-        const Vec3 aim = glm::dot(out, vertex.facing) < 0 ? -out : out;
+            return own;
+        const Four aim = simd::dot(out, three(vertex.facing)) < 0 ? -out : out;
         float share = bends;
         for (std::uint32_t i = 0; i < vertex.triangleCount; ++i)
         {
-            const float own = vertex.agree[i];
-            const float aimed = glm::dot(aim, vertex.triangles[i]);
-            if (own + share * (aimed - own) < kAgreement * own)
-                share = (1 - kAgreement) * own / (own - aimed);
+            const float agree = vertex.agree[i];
+            const float aimed = simd::dot(aim, three(vertex.triangles[i]));
+            if (agree + share * (aimed - agree) < kAgreement * agree)
+                share = (1 - kAgreement) * agree / (agree - aimed);
         }
-        const Vec3 bent = vertex.normal + share * (aim - vertex.normal);
-        return bent * (1 / glm::length(bent));
+        const Four bent = own + all(share) * (aim - own);
+        return bent * all(1 / simd::length(bent));
     }
 
     std::size_t vertex_;

@@ -34,6 +34,7 @@ struct LeafVertex
     std::array<Vec3, 4> triangles{}; ///< Unit normals of those that meet here.
     std::array<float, 4> agree{};    ///< Cosine between each of these and the normal.
     std::uint32_t triangleCount = 0;
+    bool isLitAsBefore = false; ///< Normal and tangent are those of the vertex before, in every leaf.
 };
 
 /// The triangles of one kind of leaf.

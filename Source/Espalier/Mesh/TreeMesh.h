@@ -113,6 +113,9 @@ struct MeshCounts
     friend bool operator==(const MeshCounts&, const MeshCounts&) = default;
 };
 
+/// More indices than any mesh has: who counts stops at none.
+inline constexpr std::uint64_t kCountAll = 0xffffffffffffffffu;
+
 /// What there is in `mesh`.
 [[nodiscard]] MeshCounts countsOf(const TreeMesh& mesh) noexcept;
 

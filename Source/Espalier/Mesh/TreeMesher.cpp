@@ -77,13 +77,18 @@ MeshResult meshBare(const Skeleton& skeleton, const Appearance& appearance, cons
 }
 
 MeshResult countBare(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
-                     const Limits& limits, MeshScratch& scratch, MeshCounts& counts)
+                     const Limits& limits, MeshScratch& scratch, MeshCounts& counts, std::uint64_t enough)
 {
     MeshCounts all = counts;
     const TubeSettings tubes = tubeSettingsFor(appearance, settings);
-    const MeshResult wood = countTubes(skeleton, appearance.bark, tubes, limits, scratch.tubes, all);
+    const MeshResult wood = countTubes(skeleton, appearance.bark, tubes, limits, scratch.tubes, all, enough);
     if (!isMeshed(wood))
         return wood;
+    if (all.indices > enough)
+    {
+        counts = all;
+        return wood;
+    }
     const MeshResult shapes =
         countShapes(skeleton, appearance, shapeSettingsFor(appearance, settings), limits, scratch.shapes, all);
     if (isMeshed(shapes))

@@ -54,9 +54,10 @@ struct MeshScratch
 [[nodiscard]] MeshResult meshBound(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
                                    const Limits& limits, MeshScratch& scratch, MeshCounts& counts);
 
-/// The same as countTree for meshBare.
+/// The same as countTree for meshBare; may stop at more indices than `enough`, as countTubes does.
 [[nodiscard]] MeshResult countBare(const Skeleton& skeleton, const Appearance& appearance, const MeshSettings& settings,
-                                   const Limits& limits, MeshScratch& scratch, MeshCounts& counts);
+                                   const Limits& limits, MeshScratch& scratch, MeshCounts& counts,
+                                   std::uint64_t enough = kCountAll);
 
 /// Settings for the foliage of `skeleton`, streams and numbers of organs filled in.
 [[nodiscard]] LeafSettings leafSettingsOf(const Skeleton& skeleton, const MeshSettings& settings) noexcept;

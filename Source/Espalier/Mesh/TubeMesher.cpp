@@ -11,6 +11,7 @@
 #include <Espalier/Species/Appearance.h>
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <span>
 
@@ -19,6 +20,8 @@
 
 namespace espalier {
 namespace {
+
+using simd::three;
 
 std::uint64_t vertexCountOf(const Tube& tube, const SheetPlan& sheets)
 {
@@ -55,19 +58,6 @@ bool isInCollar(const Tube& tube, const TubeRing& ring)
     return tube.collar.isLaid && ring.along < tube.collar.end;
 }
 
-/// Makes sure that the circle of `sides` sides is in the table.
-void prepareCircle(std::uint32_t sides, TubeScratch& scratch)
-{
-    if (scratch.circleStarts[sides] != 0)
-        return;
-    scratch.circleStarts[sides] = static_cast<std::uint32_t>(scratch.circlePoints.size()) + 1;
-    for (std::uint32_t j = 0; j <= sides; ++j)
-    {
-        const math::SinCos point = math::sinCosDegrees(360.0 * (j % sides) / sides);
-        scratch.circlePoints.push_back({static_cast<float>(point.cos), static_cast<float>(point.sin)});
-    }
-}
-
 /// What wood of this radius is tinted by: young wood differs from the bark of boughs.
 Tint woodTint(const BarkAppearance& bark, float radius)
 {
@@ -91,8 +81,7 @@ public:
     {
         index_ = cursors_.next(tube.colour);
         const auto first = static_cast<std::uint32_t>(vertex_);
-        const std::span<const Vec2> circle(&scratch_.circlePoints[scratch_.circleStarts[tube.sides] - 1],
-                                           tube.sides + 1);
+        const std::span<const Vec2> circle = circleOf(tube.sides, scratch_);
         const std::span<const TubeRing> rings(&scratch_.rings[tube.firstRing], tube.ringCount);
         const bool isSheet = tube.sheet != kNoSheet;
         if (isSheet)
@@ -140,13 +129,13 @@ private:
     void writeRing(const Tube& tube, const TubeRing& ring, std::span<const Vec2> circle, TreeMesh& mesh,
                    std::size_t first)
     {
-        const auto four = [](const Vec3& v) { return simd::Four{v.x, v.y, v.z, 0}; };
-        const simd::Four side = four(ring.side);
-        const simd::Four up = four(glm::cross(ring.tangent, ring.side));
-        const simd::Four centre = four(ring.centre);
+        const simd::Four side = three(ring.side);
+        const simd::Four up = simd::cross(three(ring.tangent), side);
+        const simd::Four centre = three(ring.centre);
         const simd::Four radius = simd::all(ring.radius);
         const simd::Four outwards = simd::all(ring.normal.x);
-        const simd::Four lean = four(ring.tangent * ring.normal.y);
+        const simd::Four lean = three(ring.tangent) * simd::all(ring.normal.y);
+        constexpr simd::Four kRightHanded{0, 0, 0, 1};
         const float v = ring.along * tube.repeatsPerMetre;
         const float uStart = tube.lean * v;
         const float uStep = tube.repeats / static_cast<float>(tube.sides);
@@ -156,20 +145,25 @@ private:
         Vec4* const tangents = &mesh.tangents[first];
         Vec2* const uvs = &mesh.uvs[first];
         const Vec2* const points = circle.data();
-        const std::size_t count = circle.size();
-        for (std::size_t j = 0; j < count; ++j)
+        const std::size_t seam = circle.size() - 1;
+        float column = 0;
+        for (std::size_t j = 0; j < seam; ++j)
         {
             const simd::Four x = simd::all(points[j].x);
             const simd::Four y = simd::all(points[j].y);
             const simd::Four outward = side * x + up * y;
-            simd::storeThree(&positions[j], centre + outward * radius);
-            simd::storeThree(&normals[j], outward * outwards + lean);
-            simd::storeThree(&tangents[j], up * x - side * y);
-            tangents[j].w = 1;
-            uvs[j] = {uStart + static_cast<float>(j) * uStep, v};
+            // All four, at once: what goes too far is in the next vertex, which is yet to come.
+            simd::store(&positions[j], centre + outward * radius);
+            simd::store(&normals[j], outward * outwards + lean);
+            simd::store(&tangents[j], simd::withLast(simd::firstThree(up * x - side * y), kRightHanded));
+            uvs[j] = {uStart + column * uStep, v};
+            column += 1;
         }
+        positions[seam] = positions[0];
+        normals[seam] = normals[0];
+        tangents[seam] = tangents[0];
+        uvs[seam] = {uStart + tube.repeats, v};
         writeStreams(ring, circle.size(), mesh, first);
-        mesh.uvs[first + circle.size() - 1].x = uStart + tube.repeats;
     }
 
     /// Buttresses: each vertex as far out as the waves round the ring say, with the normal and tangent of that surface.
@@ -225,12 +219,14 @@ private:
     static void placeCollarRing(const Tube& tube, const TubeRing& ring, std::span<const Vec2> circle, TreeMesh& mesh,
                                 std::size_t first)
     {
-        const Vec3 up = glm::cross(ring.tangent, ring.side);
+        const simd::Four side = simd::three(ring.side);
+        const simd::Four up = simd::cross(simd::three(ring.tangent), side);
+        const CollarRing onParent(tube.collar, ring);
         const float footDepth = tube.foot != kNoFoot ? 0 : kFootDepth;
         for (std::size_t j = 0; j < circle.size(); ++j)
         {
-            const Vec3 outward = ring.side * circle[j].x + up * circle[j].y;
-            mesh.positions[first + j] = collarPoint(tube.collar, ring, outward, footDepth);
+            const simd::Four outward = side * simd::all(circle[j].x) + up * simd::all(circle[j].y);
+            simd::storeThree(&mesh.positions[first + j], onParent.pointAt(outward, footDepth));
         }
     }
 
@@ -239,21 +235,24 @@ private:
     {
         const std::size_t foot = scratch_.sheets.feet[tube.foot].firstVertex;
         const std::size_t stride = tube.sides + 1;
+        const auto placeOf = [&](std::size_t j) { return mesh_.positions[foot + (j == tube.sides ? 0 : j)]; };
+        for (std::size_t i = 1; i < rings.size() && isInCollar(tube, rings[i]); ++i)
+        {
+            const float rest = 1 - CollarRing(tube.collar, rings[i]).level;
+            for (std::size_t j = 0; j < stride; ++j)
+            {
+                const Vec3 move = placeOf(j) - mesh.positions[first + j];
+                mesh.positions[first + i * stride + j] += rest * rest * move;
+            }
+        }
         for (std::size_t j = 0; j < stride; ++j)
         {
             const std::size_t own = j == tube.sides ? 0 : j;
-            const Vec3 place = mesh_.positions[foot + own];
-            const Vec3 move = place - mesh.positions[first + j];
-            mesh.positions[first + j] = place;
+            mesh.positions[first + j] = placeOf(j);
             if (streams_.tints)
                 mesh.tints[first + j] = mesh_.tints[foot + own];
             if (streams_.sources)
                 mesh.sources[first + j] = mesh_.sources[foot + own];
-            for (std::size_t i = 1; i < rings.size() && isInCollar(tube, rings[i]); ++i)
-            {
-                const float rest = 1 - collarLevel(tube.collar, rings[i]);
-                mesh.positions[first + i * stride + j] += rest * rest * move;
-            }
         }
     }
 
@@ -265,16 +264,18 @@ private:
         {
             const std::size_t row = first + i * stride;
             const std::size_t below = i == 0 ? row : row - stride;
+            const CollarRing onParent(tube.collar, rings[i]);
             for (std::size_t j = 0; j < tube.sides; ++j)
             {
                 const std::size_t before = j == 0 ? tube.sides - 1u : j - 1;
-                const Vec3 round = mesh.positions[row + j + 1] - mesh.positions[row + before];
-                const Vec3 along = mesh.positions[row + stride + j] - mesh.positions[below + j];
-                const Vec3 own = directionOr(glm::cross(round, along), mesh.normals[row + j]);
-                const Vec3 normal = collarNormal(tube.collar, rings[i], mesh.positions[row + j], own);
-                const Vec3 tangent(mesh.tangents[row + j]);
-                mesh.normals[row + j] = normal;
-                mesh.tangents[row + j] = Vec4(sideNormalTo(normal, glm::dot(tangent, round) > 0 ? round : tangent), 1);
+                const simd::Four round = three(mesh.positions[row + j + 1]) - three(mesh.positions[row + before]);
+                const simd::Four along = three(mesh.positions[row + stride + j]) - three(mesh.positions[below + j]);
+                const simd::Four own = simd::directionOr(simd::cross(round, along), three(mesh.normals[row + j]));
+                const simd::Four normal = onParent.normalAt(three(mesh.positions[row + j]), own);
+                const simd::Four tangent = three(Vec3(mesh.tangents[row + j]));
+                simd::storeThree(&mesh.normals[row + j], normal);
+                simd::storeThree(&mesh.tangents[row + j],
+                                 sideNormalTo(normal, simd::dot(tangent, round) > 0 ? round : tangent));
             }
             mesh.normals[row + tube.sides] = mesh.normals[row];
             mesh.tangents[row + tube.sides] = mesh.tangents[row];
@@ -322,6 +323,11 @@ private:
         for (std::uint32_t r = 0; r < sheet.rowCount; ++r)
         {
             const SheetRow& row = plan.rows[sheet.firstRow + r];
+            if (row.rise == 0)
+            {
+                copyRing(row.ring * stride, stride);
+                continue;
+            }
             for (std::uint32_t j = 0; j < stride; ++j)
                 writePoint(tube, {.ring = row.ring, .column = j, .rise = row.rise});
         }
@@ -366,6 +372,24 @@ private:
             const std::uint32_t number = plan.corners[band.firstCorner + c];
             mesh_.indices[index_++] = number < rows ? lower + number : points + number - rows;
         }
+    }
+
+    /// `count` vertices of the rings as they are.
+    void copyRing(std::size_t from, std::size_t count)
+    {
+        const TreeMesh& rings = scratch_.unwelded;
+        const auto copy = [&](const auto& of, auto& to) {
+            std::memcpy(&to[vertex_], &of[from], count * sizeof(of[from]));
+        };
+        copy(rings.positions, mesh_.positions);
+        copy(rings.normals, mesh_.normals);
+        copy(rings.tangents, mesh_.tangents);
+        copy(rings.uvs, mesh_.uvs);
+        if (streams_.tints)
+            copy(rings.tints, mesh_.tints);
+        if (streams_.sources)
+            copy(rings.sources, mesh_.sources);
+        vertex_ += count;
     }
 
     /// A vertex somewhere on the facets between the rings.
@@ -426,23 +450,38 @@ private:
     {
         const std::uint32_t stride = sides + 1;
         std::uint32_t* next = &mesh_.indices[index_];
-        const auto triangle = [&next](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
-            next[0] = a;
-            next[1] = b;
-            next[2] = c;
-            next += 3;
-        };
-        const std::uint32_t end = first + sides;
         if (toApex)
-            for (std::uint32_t a = first; a < end; ++a)
-                triangle(a, a + 1, a + stride);
-        else
-            for (std::uint32_t a = first; a < end; ++a)
+        {
+            for (std::uint32_t a = first; a < first + sides; ++a, next += 3)
             {
-                triangle(a, a + 1, a + stride);
-                triangle(a + 1, a + stride + 1, a + stride);
+                next[0] = a;
+                next[1] = a + 1;
+                next[2] = a + stride;
             }
-        index_ = static_cast<std::size_t>(next - mesh_.indices.data());
+            index_ += 3 * std::size_t{sides};
+            return;
+        }
+        // Two triangles a side, two sides at a time: three registers full.
+        const auto at = [first](std::uint32_t corner) { return static_cast<int>(first + corner); };
+        simd::FourInts a{at(0), at(1), at(stride), at(1)};
+        simd::FourInts b{at(stride + 1), at(stride), at(1), at(2)};
+        simd::FourInts c{at(stride + 1), at(2), at(stride + 2), at(stride + 1)};
+        for (std::uint32_t side = 0; side + 1 < sides; side += 2, next += 12)
+        {
+            simd::store(next, a);
+            simd::store(next + 4, b);
+            simd::store(next + 8, c);
+            a += 2;
+            b += 2;
+            c += 2;
+        }
+        if (sides % 2 != 0)
+        {
+            simd::store(next, a);
+            next[4] = first + stride + sides;
+            next[5] = next[2];
+        }
+        index_ += 6 * std::size_t{sides};
     }
 
     /// A flat lid on the first ring.
@@ -529,9 +568,20 @@ void turnToFront(TreeMesh& mesh, std::size_t firstIndex)
     for (std::size_t i = firstIndex; i + 2 < mesh.indices.size(); i += 3)
     {
         const std::uint32_t* const corners = &mesh.indices[i];
-        const Vec3& a = mesh.positions[corners[0]];
-        const Vec3 face =
-            directionOr(glm::cross(mesh.positions[corners[1]] - a, mesh.positions[corners[2]] - a), Vec3(0));
+        const simd::Four a = three(mesh.positions[corners[0]]);
+        const simd::Four across =
+            simd::cross(three(mesh.positions[corners[1]]) - a, three(mesh.positions[corners[2]]) - a);
+        // Nearly all stand well in front; whoever does needs no unit vector to be told so.
+        const float square = simd::dot(across, across);
+        const float wellInFront = 1.02f * kLeastFacing * kLeastFacing * square;
+        const auto isFine = [&](std::uint32_t corner) {
+            const float ahead = simd::dot(three(mesh.normals[corner]), across);
+            return ahead > 0 && ahead * ahead > wellInFront;
+        };
+        const bool isMeasured = square > 1e-24f && square < 1e24f; // far from where floats end
+        if (isMeasured && isFine(corners[0]) && isFine(corners[1]) && isFine(corners[2]))
+            continue;
+        const Vec3 face = simd::vec3(simd::directionOr(across, simd::Four{}));
         for (int k = 0; k < 3; ++k)
         {
             Vec3& normal = mesh.normals[corners[k]];
@@ -554,8 +604,10 @@ TubePlan planOf(const Skeleton& skeleton, const BarkAppearance& bark, const Tube
     return {skeleton, kept, rounding, bark, std::clamp(bark.tile, 1e-3f, 100.f), scratch};
 }
 
-/// Plans all tubes and adds to `counts` and `cursors` what they will take.
-MeshResult planTubes(const TubePlan& plan, const Limits& limits, MeshCounts& counts, PartCursors& cursors)
+/// Plans all tubes, or as many as need more than `enough` indices, and adds to `counts` and `cursors` what they will
+/// take.
+MeshResult planTubes(const TubePlan& plan, const Limits& limits, std::uint64_t enough, MeshCounts& counts,
+                     PartCursors& cursors)
 {
     const Skeleton& skeleton = plan.skeleton;
     TubeScratch& scratch = plan.scratch;
@@ -581,7 +633,8 @@ MeshResult planTubes(const TubePlan& plan, const Limits& limits, MeshCounts& cou
         // Of each ring some vertices stay, whatever is welded to it.
         if (isWelded && scratch.rings.size() > limits.vertices)
             return MeshResult::TooManyVertices;
-        prepareCircle(scratch.tubes.back().sides, scratch);
+        if (all.indices > enough)
+            break;
     }
     if (scratch.tubes.empty())
         return MeshResult::EmptySkeleton;
@@ -606,10 +659,10 @@ MeshResult planTubes(const TubePlan& plan, const Limits& limits, MeshCounts& cou
 } // namespace
 
 MeshResult countTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
-                      const Limits& limits, TubeScratch& scratch, MeshCounts& counts)
+                      const Limits& limits, TubeScratch& scratch, MeshCounts& counts, std::uint64_t enough)
 {
     PartCursors cursors;
-    return planTubes(planOf(skeleton, bark, settings, scratch), limits, counts, cursors);
+    return planTubes(planOf(skeleton, bark, settings, scratch), limits, enough, counts, cursors);
 }
 
 MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
@@ -618,7 +671,7 @@ MeshResult meshTubes(const Skeleton& skeleton, const BarkAppearance& bark, const
     const TubePlan plan = planOf(skeleton, bark, settings, scratch);
     MeshCounts counts = countsOf(mesh);
     PartCursors cursors;
-    if (const MeshResult result = planTubes(plan, limits, counts, cursors); result != MeshResult::Ok)
+    if (const MeshResult result = planTubes(plan, limits, kCountAll, counts, cursors); result != MeshResult::Ok)
         return result;
 
     if (plan.settings.joints == TubeJoints::Embed)

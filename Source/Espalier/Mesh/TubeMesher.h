@@ -158,8 +158,10 @@ struct TubeScratch
                                    const Limits& limits, TubeScratch& scratch, TreeMesh& mesh);
 
 /// Adds to `counts` exactly what meshTubes will append, and gives its result: the first of its two passes. Counts are
-/// those of the mesh so far, and stay what they are unless the result is Ok.
+/// those of the mesh so far, and stay what they are unless the result is Ok. Who only asks whether there are more than
+/// `enough` indices is told so as soon as that is sure: then counts are too low, but their indices more than `enough`.
 [[nodiscard]] MeshResult countTubes(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
-                                    const Limits& limits, TubeScratch& scratch, MeshCounts& counts);
+                                    const Limits& limits, TubeScratch& scratch, MeshCounts& counts,
+                                    std::uint64_t enough = kCountAll);
 
 } // namespace espalier

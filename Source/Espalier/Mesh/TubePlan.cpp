@@ -1,5 +1,6 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Random.h>
+#include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeCollar.h>
@@ -48,11 +49,17 @@ constexpr float kShortestWeld = 0.1f;
 
 constexpr std::uint32_t kMaxCapRings = 4;
 
+using simd::Four;
+using simd::three;
+
 Vec3 directionOf(const Skeleton& skeleton, std::uint32_t segment)
 {
-    const Vec3 heading = directionOr(skeleton.headings[segment], Vec3(0, 1, 0));
-    const Vec3 span = skeleton.ends[segment] - skeleton.starts[segment];
-    return glm::dot(span, span) > kSmallestStep * kSmallestStep ? directionOr(span, heading) : heading;
+    const Four span = three(skeleton.ends[segment]) - three(skeleton.starts[segment]);
+    const float square = simd::dot(span, span);
+    if (square > kSmallestStep * kSmallestStep && std::isfinite(square))
+        return simd::vec3(simd::directionOr(span, span));
+    const Four heading = simd::directionOr(three(skeleton.headings[segment]), Four{0, 1, 0, 0});
+    return simd::vec3(square > kSmallestStep * kSmallestStep ? simd::directionOr(span, heading) : heading);
 }
 
 bool startsTube(const Skeleton& skeleton, std::uint32_t segment)
@@ -82,7 +89,13 @@ bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, TubeScratch& 
 {
     std::vector<AxisJoint>& joints = scratch.joints;
     joints.clear();
-    joints.push_back({.position = skeleton.starts[segment], .radius = skeleton.startRadii[segment], .piece = segment});
+    const auto append = [&](const Vec3& position, float radius) {
+        AxisJoint& joint = joints.emplace_back(); // filled where it is: see RingRow
+        simd::storeThree(&joint.position, three(position));
+        joint.radius = radius;
+    };
+    append(skeleton.starts[segment], skeleton.startRadii[segment]);
+    joints[0].piece = segment;
     float thickest = joints[0].radius;
     for (std::uint32_t i = segment; i != kNoSegment; i = skeleton.continuations[i])
     {
@@ -93,7 +106,7 @@ bool gatherJoints(const Skeleton& skeleton, std::uint32_t segment, TubeScratch& 
         if (areApart(joints.back().position, skeleton.ends[i]))
         {
             joints.back().piece = i;
-            joints.push_back({.position = skeleton.ends[i], .radius = radius});
+            append(skeleton.ends[i], radius);
         }
         else
             joints.back().radius = radius;
@@ -198,13 +211,12 @@ float slopeBetween(const Skeleton& skeleton, std::uint32_t segment, float startR
     return length > kSmallestStep ? (endRadius - startRadius) / length : 0.f;
 }
 
-/// What is known of the collar before the branch's curve is.
-TubeCollar collarOf(const TubePlan& plan, std::uint32_t segment)
+/// Fills in what is known of the collar before the branch's curve is.
+void beginCollar(const TubePlan& plan, std::uint32_t segment, TubeCollar& collar)
 {
     const Skeleton& skeleton = plan.skeleton;
-    TubeCollar collar;
     if (!isJoined(skeleton, segment))
-        return collar;
+        return;
     const std::vector<std::uint8_t>& forks = plan.scratch.forks;
     const std::uint32_t parent = skeleton.parents[segment];
     const std::uint32_t onward = skeleton.continuations[parent];
@@ -218,7 +230,6 @@ TubeCollar collarOf(const TubePlan& plan, std::uint32_t segment)
         collar.after = directionOf(skeleton, onward);
         collar.slopeAfter = slopeBetween(skeleton, onward, collar.parentRadius, endRadiusOf(skeleton, forks, onward));
     }
-    return collar;
 }
 
 /// Sizes the collar on the sampled curve and returns where it wants rings: at its foot, just inside the parent, and as
@@ -291,103 +302,120 @@ void hideStart(const TubeCollar& collar, CurvePoint& point, float startRadius)
     point.radius *= factor;
 }
 
-TubeRing ringAt(const CurvePoint& point)
-{
-    const float scale = 1 / std::sqrt(1 + point.slope * point.slope);
-    return {.centre = point.position,
-            .radius = point.radius,
-            .tangent = point.tangent,
-            .along = point.along,
-            .slope = point.slope,
-            .normal = {scale, -point.slope * scale},
-            .segment = point.piece};
-}
-
 /// True if the tube between two rings passes through itself on the inside of a bend.
 bool foldsBetween(const TubeRing& a, const TubeRing& b)
 {
-    const Vec3 forward = a.tangent + b.tangent;
-    const Vec3 turn = b.tangent - a.tangent;
-    const float advance = glm::dot(b.centre - a.centre, forward);
-    const float inside = (a.radius + b.radius) * 0.5f * glm::length(turn) * glm::length(forward);
+    const Four forward = three(a.tangent) + three(b.tangent);
+    const Four turn = three(b.tangent) - three(a.tangent);
+    const float advance = simd::dot(three(b.centre) - three(a.centre), forward);
+    const float inside = (a.radius + b.radius) * 0.5f * simd::length(turn) * simd::length(forward);
     return advance < 1.1f * inside;
 }
 
 bool isStraightBetween(const TubeRing& a, const TubeRing& b)
 {
-    const Vec3 chord = b.centre - a.centre;
-    const float ahead = glm::dot(chord, a.tangent);
-    return ahead * ahead >= kStraightAhead * kStraightAhead * glm::dot(chord, chord) &&
-           glm::dot(a.tangent, b.tangent) > kStraightCosine && std::abs(a.slope - b.slope) < kStraightSlope &&
+    const Four tangent = three(a.tangent);
+    const Four chord = three(b.centre) - three(a.centre);
+    const float ahead = simd::dot(chord, tangent);
+    return ahead * ahead >= kStraightAhead * kStraightAhead * simd::dot(chord, chord) &&
+           simd::dot(tangent, three(b.tangent)) > kStraightCosine && std::abs(a.slope - b.slope) < kStraightSlope &&
            std::abs(a.radius + a.slope * (b.along - a.along) - b.radius) <= kStraightRadius * a.radius;
 }
 
 /// The rings of one tube while they are laid; drops those that would fold the tube or that a straight cone does
-/// without.
+/// without. Rings are filled where they stay: copied right after its numbers were written one by one, a ring would be
+/// read in larger pieces than it was written in, for which a processor waits until all of it has reached the cache.
 class RingRow
 {
 public:
     explicit RingRow(std::vector<TubeRing>& rings) : rings_(rings), first_(rings.size()) {}
 
-    void add(const TubeRing& ring)
-    {
-        if (count() > 0 && foldsBetween(rings_.back(), ring))
-            return;
-        if (count() > 1 && !rings_.back().pinned)
-        {
-            const TubeRing& before = rings_[rings_.size() - 2];
-            if (isStraightBetween(before, rings_.back()) && isStraightBetween(before, ring))
-                rings_.pop_back();
-        }
-        rings_.push_back(ring);
-    }
+    /// The ring after all others, to be filled and then kept.
+    [[nodiscard]] TubeRing& next() { return rings_.emplace_back(); }
 
-    /// The end of the axis, which is kept at the cost of what it would fold with.
-    void addLast(const TubeRing& ring)
+    void keep()
     {
-        while (count() > 1 && foldsBetween(rings_.back(), ring))
+        if (folds())
             rings_.pop_back();
-        const bool folds = foldsBetween(rings_.back(), ring);
-        if (!folds)
-            add(ring);
         else
-            rings_.push_back(ring);
+            straighten();
     }
 
-    [[nodiscard]] std::uint32_t count() const { return static_cast<std::uint32_t>(rings_.size() - first_); }
+    /// Keeps the end of the axis at the cost of what it would fold with.
+    void keepLast()
+    {
+        while (count() > 2 && folds())
+            dropBefore();
+        if (!folds())
+            straighten();
+    }
 
 private:
+    [[nodiscard]] std::size_t count() const { return rings_.size() - first_; }
+    [[nodiscard]] TubeRing& fromBack(std::size_t i) { return rings_[rings_.size() - i]; }
+
+    [[nodiscard]] bool folds() { return count() > 1 && foldsBetween(fromBack(2), fromBack(1)); }
+
+    void straighten()
+    {
+        if (count() > 2 && !fromBack(2).pinned && isStraightBetween(fromBack(3), fromBack(2)) &&
+            isStraightBetween(fromBack(3), fromBack(1)))
+            dropBefore();
+    }
+
+    void dropBefore()
+    {
+        fromBack(2) = fromBack(1);
+        rings_.pop_back();
+    }
+
     std::vector<TubeRing>& rings_;
     std::size_t first_;
 };
 
 /// A dome of one radius' height over the last ring, as round as the chord error asks; its last ring is the apex.
-void addCap(const TubeSettings& settings, std::vector<TubeRing>& rings)
+void addCap(const TubeSettings& settings, TubeScratch& scratch)
 {
-    const TubeRing end = rings.back();
-    if (!(end.radius > 0))
+    std::vector<TubeRing>& rings = scratch.rings;
+    if (!(rings.back().radius > 0))
         return;
-    const float wanted = 0.25f * static_cast<float>(math::kPi) * std::sqrt(end.radius / (2 * settings.chordError));
+    const std::size_t last = rings.size() - 1;
+    const float radius = rings[last].radius;
+    const float wanted = 0.25f * static_cast<float>(math::kPi) * std::sqrt(radius / (2 * settings.chordError));
     const auto count = static_cast<std::uint32_t>(std::clamp(std::ceil(wanted), 1.f, static_cast<float>(kMaxCapRings)));
+    const std::span<const Vec2> circle = circleOf(4 * count, scratch);
+    rings.resize(rings.size() + count);
+    const TubeRing& end = rings[last];
+    const Four centre = three(end.centre);
+    const Four tangent = three(end.tangent);
     for (std::uint32_t i = 1; i <= count; ++i)
     {
-        const math::SinCos angle = i == count ? math::SinCos{1, 0} : math::sinCosDegrees(90.0 * i / count);
-        TubeRing ring = end;
-        ring.normal = {static_cast<float>(angle.cos), static_cast<float>(angle.sin)};
-        ring.centre += end.tangent * (end.radius * ring.normal.y);
-        ring.radius *= ring.normal.x;
-        ring.along += end.radius * static_cast<float>(0.5 * math::kPi * i / count);
-        rings.push_back(ring);
+        TubeRing& ring = rings[last + i];
+        ring.normal = circle[i];
+        simd::storeThree(&ring.centre, centre + tangent * simd::all(radius * ring.normal.y));
+        simd::storeThree(&ring.tangent, tangent);
+        ring.radius = radius * ring.normal.x;
+        ring.along = end.along + radius * static_cast<float>(0.5 * math::kPi * i / count);
+        ring.slope = end.slope;
+        ring.segment = end.segment;
+        ring.pinned = end.pinned;
     }
 }
 
 void layFrames(const Vec3& firstSide, std::span<TubeRing> rings)
 {
-    rings[0].side = sideNormalTo(rings[0].tangent, firstSide);
-    for (std::size_t i = 1; i < rings.size(); ++i)
+    Four centre = three(rings[0].centre);
+    Four tangent = three(rings[0].tangent);
+    Four side = sideNormalTo(tangent, three(firstSide));
+    simd::storeThree(&rings[0].side, side);
+    for (TubeRing& ring : rings.subspan(1))
     {
-        const TubeRing& before = rings[i - 1];
-        rings[i].side = transportSide(before.side, before.centre, before.tangent, rings[i].centre, rings[i].tangent);
+        const Four nextCentre = three(ring.centre);
+        const Four nextTangent = three(ring.tangent);
+        side = transportSide(side, centre, tangent, nextCentre, nextTangent);
+        simd::storeThree(&ring.side, side);
+        centre = nextCentre;
+        tangent = nextTangent;
     }
 }
 
@@ -419,9 +447,10 @@ void sinkBase(float widest, TubeRing& ring)
 void planTube(const TubePlan& plan, std::uint32_t segment)
 {
     TubeScratch& scratch = plan.scratch;
-    Tube tube{.firstRing = static_cast<std::uint32_t>(scratch.rings.size()),
-              .collar = collarOf(plan, segment),
-              .segment = segment};
+    Tube& tube = scratch.tubes.emplace_back();
+    tube.firstRing = static_cast<std::uint32_t>(scratch.rings.size());
+    tube.segment = segment;
+    beginCollar(plan, segment, tube.collar);
     tube.colour = std::min<std::uint32_t>(plan.skeleton.materials[segment], plan.settings.colours - 1u);
     sampleAxis(startOf(plan, segment, tube.collar), plan.rounding, scratch.joints, scratch.points);
 
@@ -429,38 +458,57 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
     tube.roots = rootFlareOf(plan, segment);
     const bool isBranch = tube.collar.parentRadius > 0;
     const Stations stations = isBranch ? layCollar(plan, tube.collar) : flareStations(tube.roots);
-    const auto shaped = [&](CurvePoint point, bool pinned) {
-        widen(tube.roots, point);
+    RingRow row(scratch.rings);
+    const auto lay = [&](const CurvePoint& point, bool pinned) {
+        CurvePoint shape;
+        shape.along = point.along;
+        shape.radius = point.radius;
+        shape.slope = point.slope;
+        widen(tube.roots, shape);
         if (isBranch)
-            hideStart(tube.collar, point, startRadius);
-        TubeRing ring = ringAt(point);
+            hideStart(tube.collar, shape, startRadius);
+        const float scale = 1 / std::sqrt(1 + shape.slope * shape.slope);
+        TubeRing& ring = row.next();
+        simd::storeThree(&ring.centre, three(point.position));
+        simd::storeThree(&ring.tangent, three(point.tangent));
+        ring.radius = shape.radius;
+        ring.along = shape.along;
+        ring.slope = shape.slope;
+        ring.normal.x = scale;
+        ring.normal.y = -shape.slope * scale;
+        ring.segment = point.piece;
         ring.pinned = pinned;
-        return ring;
+    };
+    const auto add = [&](const CurvePoint& point, bool pinned) {
+        lay(point, pinned);
+        row.keep();
     };
 
-    RingRow row(scratch.rings);
     std::size_t nextStation = 0;
     float thickest = 0;
     if (!tube.collar.isLaid)
-        row.add(shaped(scratch.points[0], true));
+        add(scratch.points[0], true);
     for (std::size_t i = 1; i < scratch.points.size(); ++i)
     {
         const CurvePoint& point = scratch.points[i];
         for (; nextStation < stations.count && stations.along[nextStation] < point.along; ++nextStation)
-            row.add(shaped(pointBetween(scratch.points[i - 1], point, stations.along[nextStation]), true));
+            add(pointBetween(scratch.points[i - 1], point, stations.along[nextStation]), true);
         // A collared branch begins at the collar's foot; what lies before is hidden in the parent.
         const bool isLast = i + 1 == scratch.points.size();
         if (isLast)
-            row.addLast(shaped(point, true));
+        {
+            lay(point, true);
+            row.keepLast();
+        }
         else if (!tube.collar.isLaid || point.along > tube.collar.start)
-            row.add(shaped(point, false));
+            add(point, false);
         thickest = std::max(thickest, point.radius);
     }
     thickest = std::max(thickest, scratch.rings[tube.firstRing].radius);
 
     if (tube.roots.share > 0)
         sinkBase(1 + tube.roots.depth * tube.roots.share / (1 + tube.roots.share), scratch.rings[tube.firstRing]);
-    addCap(plan.settings, scratch.rings);
+    addCap(plan.settings, scratch);
     const std::span<const TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
     const float widened = plan.settings.widening.empty() ? 1.0f : plan.settings.widening[segment];
     const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points) / widened;
@@ -478,7 +526,6 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
                         : tube.collar.isLaid || tube.roots.depth > 0 ? tube.sides + 1
                         : rings[0].radius > 0                        ? tube.sides
                                                                      : 0;
-    scratch.tubes.push_back(tube);
 }
 
 } // namespace
@@ -496,6 +543,21 @@ TubeSettings clamped(TubeSettings settings) noexcept
     settings.rootFlare = clampedTo(settings.rootFlare, 0, 4);
     settings.openRadius = clampedTo(settings.openRadius, 0, 1e9f);
     return settings;
+}
+
+std::span<const Vec2> circleOf(std::uint32_t sides, TubeScratch& scratch)
+{
+    std::uint32_t& start = scratch.circleStarts[sides]; // plus 1
+    if (start == 0)
+    {
+        start = static_cast<std::uint32_t>(scratch.circlePoints.size()) + 1;
+        for (std::uint32_t j = 0; j <= sides; ++j)
+        {
+            const math::SinCos point = math::sinCosDegrees(360.0 * (j % sides) / sides);
+            scratch.circlePoints.push_back({static_cast<float>(point.cos), static_cast<float>(point.sin)});
+        }
+    }
+    return {&scratch.circlePoints[start - 1], sides + 1};
 }
 
 bool isJoined(const Skeleton& skeleton, std::uint32_t segment) noexcept

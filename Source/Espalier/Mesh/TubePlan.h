@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Espalier/Mesh/TubeMesher.h>
+#include <span>
 
 namespace espalier {
 
@@ -20,6 +21,10 @@ struct TubePlan
 
 /// True if `segment` starts where its parent ends, so that one can grow out of the other.
 [[nodiscard]] bool isJoined(const Skeleton& skeleton, std::uint32_t segment) noexcept;
+
+/// Cosine and sine of `sides` points on a circle, the first again at the end; made when they are first asked for. Good
+/// until the next call.
+[[nodiscard]] std::span<const Vec2> circleOf(std::uint32_t sides, TubeScratch& scratch);
 
 /// Clears the plan and notes which segments bear branches.
 void beginPlan(const TubePlan& plan);

@@ -156,16 +156,16 @@ void makeStar(std::span<DVec2> outline, double radius)
     double widest = 0;
     for (const DVec2& p : outline)
         widest = std::max(widest, glm::length(p * metric));
-    double turned = 0;
+    std::uint32_t turns = 0; // as often as it comes up from below the first axis
     bool isStar = widest > 0;
     for (std::size_t j = 0; j < outline.size(); ++j)
     {
         const DVec2 a = outline[j] * metric;
         const DVec2 b = outline[j + 1 == outline.size() ? 0 : j + 1] * metric;
         isStar = isStar && crossOf(a, b) > 1e-3 * widest * widest / static_cast<double>(outline.size());
-        turned += math::atan2(crossOf(a, b), glm::dot(a, b));
+        turns += a.y < 0 && b.y >= 0 ? 1 : 0;
     }
-    if (isStar && turned < 1.5 * kTurn)
+    if (isStar && turns < 2)
         return;
 
     double width = 0;
@@ -203,18 +203,20 @@ bool layFoot(const TubePlan& plan, std::uint32_t tube, TubeFoot& foot)
     const auto joint = static_cast<std::size_t>(std::max<std::ptrdiff_t>(beyond - host.rings.begin(), 1) - 1);
 
     const TubeRing& ring = scratch.rings[branch.firstRing];
-    const Vec3 up = glm::cross(ring.tangent, ring.side);
+    const simd::Four side = simd::three(ring.side);
+    const simd::Four up = simd::cross(simd::three(ring.tangent), side);
+    const CollarRing onParent(branch.collar, ring);
     const Unrolled middle = unroll(host, joint, ring.centre);
     std::vector<DVec2>& offsets = scratch.sheets.offsets;
     foot.tube = tube;
     foot.firstOffset = static_cast<std::uint32_t>(offsets.size());
     foot.count = branch.sides;
     DVec2 mean(0);
-    const Vec2* const circle = &scratch.circlePoints[scratch.circleStarts[branch.sides] - 1];
+    const std::span<const Vec2> circle = circleOf(branch.sides, scratch);
     for (std::uint32_t j = 0; j < branch.sides; ++j)
     {
-        const Vec3 outward = ring.side * circle[j].x + up * circle[j].y;
-        const Unrolled at = unroll(host, joint, collarPoint(branch.collar, ring, outward, 0));
+        const simd::Four outward = side * simd::all(circle[j].x) + up * simd::all(circle[j].y);
+        const Unrolled at = unroll(host, joint, simd::vec3(onParent.pointAt(outward, 0)));
         offsets.push_back({nearestTurn(at.angle - middle.angle), at.along});
         mean += offsets.back() / static_cast<double>(branch.sides);
     }
@@ -377,7 +379,7 @@ void makeRoom(const Host& host, SheetPlan& sheets, std::span<TubeFoot> feet)
 double distanceTo(std::span<const DVec2> outline, const DVec2& place, double radius)
 {
     const DVec2 metric(radius, 1);
-    double nearest = 1e30;
+    double nearest = 1e60; // squared: roots keep order
     bool isInside = true;
     for (std::size_t j = 0; j < outline.size(); ++j)
     {
@@ -386,12 +388,13 @@ double distanceTo(std::span<const DVec2> outline, const DVec2& place, double rad
         const DVec2 side = b - a;
         const double square = glm::dot(side, side);
         const double t = square > 0 ? std::clamp(glm::dot(place - a, side) / square, 0., 1.) : 0;
-        nearest = std::min(nearest, glm::length(place - a - side * t));
+        const DVec2 way = place - a - side * t;
+        nearest = std::min(nearest, glm::dot(way, way));
         // In the wedge of this side, which only one is: the outline is a star.
         if (crossOf(a, place) >= 0 && crossOf(place, b) > 0)
             isInside = crossOf(side, place - a) > 0;
     }
-    return isInside ? 0 : nearest;
+    return isInside ? 0 : std::sqrt(nearest);
 }
 
 /// A band while it is cut.

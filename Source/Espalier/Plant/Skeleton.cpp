@@ -3,6 +3,7 @@
 #include <Espalier/Plant/Skeleton.h>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 namespace espalier {
@@ -72,10 +73,32 @@ bool arraysHaveSize(const Skeleton& s, std::size_t size)
            s.instances.size() == size;
 }
 
-bool numbersAreSound(const Skeleton& s, std::uint32_t i)
+/// Whole arrays at a time, without a way out, so that a compiler looks at several numbers at once: plants are checked
+/// at every door.
+bool areWithin(std::span<const float> numbers, float least)
 {
-    return isFinite(s.starts[i]) && isFinite(s.ends[i]) && isFinite(s.headings[i]) && isFinite(s.lefts[i]) &&
-           isMeasure(s.lengths[i]) && isMeasure(s.startRadii[i]) && isMeasure(s.endRadii[i]);
+    std::uint32_t areOutside = 0;
+    for (const float number : numbers)
+        areOutside |= static_cast<std::uint32_t>(!(number >= least)) |
+                      static_cast<std::uint32_t>(!(number <= std::numeric_limits<float>::max()));
+    return areOutside == 0;
+}
+
+bool areFinite(const std::vector<Vec3>& vectors)
+{
+    static_assert(sizeof(Vec3) == 3 * sizeof(float));
+    return vectors.empty() || areWithin({&vectors[0].x, 3 * vectors.size()}, std::numeric_limits<float>::lowest());
+}
+
+bool areMeasures(const std::vector<float>& metres)
+{
+    return areWithin(metres, 0);
+}
+
+bool numbersAreSound(const Skeleton& s)
+{
+    return areFinite(s.starts) && areFinite(s.ends) && areFinite(s.headings) && areFinite(s.lefts) &&
+           areMeasures(s.lengths) && areMeasures(s.startRadii) && areMeasures(s.endRadii);
 }
 
 bool indicesAreSound(const Skeleton& s, std::uint32_t i)
@@ -169,9 +192,11 @@ bool isSound(const Skeleton& skeleton) noexcept
 {
     if (!arraysHaveSize(skeleton, skeleton.parents.size()) || skeleton.parents.size() >= kNoSegment)
         return false;
+    if (!numbersAreSound(skeleton))
+        return false;
     for (std::uint32_t i = 0; i < skeleton.size(); ++i)
     {
-        if (!numbersAreSound(skeleton, i) || !indicesAreSound(skeleton, i))
+        if (!indicesAreSound(skeleton, i))
             return false;
     }
     for (std::size_t i = 0; i < skeleton.instanceRecords.size(); ++i)
