@@ -98,8 +98,7 @@ private:
     std::vector<EncodedImages> images_;
     std::vector<MaterialImages> imageFiles_; ///< Of OBJ: written with the first plant, and used by all.
     DetailScratch scratch_;
-    TreeMesh
-        full_; ///< The plant at level 0, where something is compared with it or painted from it and no file has it.
+    TreeMesh full_; ///< Level 0, where something is compared with it or painted from it and it is no level to write.
     PivotTable pivots_;          ///< Of the plant, with --wind pivots.
     std::uint32_t elements_ = 0; ///< In it.
     Impostor impostor_;
