@@ -26,7 +26,7 @@ struct WindWeather
 struct WindResponse
 {
     float trunkAngle; // radians: 0.14 (stout trees) to 0.35 (slender ones)
-    float boughAngle; // radians: usually 0.5
+    float boughAngle; // radians: usually 0.3
     float flutter;    // lengths of a leaf: usually 0.18
     float rate;       // sways a second: 0.12 (large trees) to 0.5 (small ones)
 };
@@ -109,6 +109,12 @@ vec3 windTurned(vec3 arm, vec3 turn)
     return arm + (2.0 / (1.0 + dot(turn, turn))) * (aside + cross(turn, aside));
 }
 
+// The same of a branch, whose turn grows along it: a bow is longer than its chord.
+vec3 windBowed(vec3 arm, vec3 turn)
+{
+    return (1.0 - 0.4 * dot(turn, turn)) * windTurned(arm, turn);
+}
+
 // Where a vertex is in the wind, plant space, metres; `normal` is turned with it.
 vec3 windDisplaced(vec3 position, inout vec3 normal, vec2 texcoord1, vec2 texcoord2, vec2 texcoord3, vec2 texcoord4,
 #if WIND_TWIGS
@@ -121,16 +127,16 @@ vec3 windDisplaced(vec3 position, inout vec3 normal, vec2 texcoord1, vec2 texcoo
     position += windLeafBeat(texcoord2.y, leaf, boughPivot, weather, response);
 #if WIND_TWIGS
     vec3 twigPivot = vec3(texcoord6, texcoord7.x);
-    vec3 twig = windBranchTurn(texcoord5.x, texcoord5.y, 1.5 * response.boughAngle, 1.9 * response.rate, twigPivot,
+    vec3 twig = windBranchTurn(texcoord5.x, texcoord5.y, 1.25 * response.boughAngle, 1.9 * response.rate, twigPivot,
                                weather);
-    position = twigPivot + windTurned(position - twigPivot, twig);
+    position = twigPivot + windBowed(position - twigPivot, twig);
     normal = windTurned(normal, twig);
 #endif
     vec3 bough = windBranchTurn(texcoord2.x, texcoord1.y, response.boughAngle, response.rate, boughPivot, weather);
     vec3 trunk = windTrunkTurn(texcoord1.x, weather, response);
-    position = boughPivot + windTurned(position - boughPivot, bough);
+    position = boughPivot + windBowed(position - boughPivot, bough);
     normal = windTurned(windTurned(normal, bough), trunk);
-    return windTurned(position, trunk);
+    return windBowed(position, trunk);
 }
 
 // ---------------------------------------------------------------------------------------------------------------------

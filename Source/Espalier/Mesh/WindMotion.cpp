@@ -14,9 +14,10 @@ namespace {
 
 constexpr float kTrunkAngle = 0.28f; ///< Of a tree kSlender times as high as thick; stouter ones lean less.
 constexpr float kSlender = 30;
-constexpr float kBoughAngle = 0.5f;
-constexpr float kTwigShare = 1.5f; ///< Of the boughs' angle.
-constexpr float kTwigHaste = 1.9f; ///< Of the boughs' rate.
+constexpr float kBoughAngle = 0.3f;
+constexpr float kTwigShare = 1.25f; ///< Of the boughs' angle.
+constexpr float kTwigHaste = 1.9f;  ///< Of the boughs' rate.
+constexpr float kBow = 0.4f; ///< How far a bent branch's ends come nearer, in squares of the half angle's tangent.
 constexpr float kFlutter = 0.18f;
 
 constexpr float kHalfLoadSpeed = 15; ///< Metres a second at which half of the most is reached: crowns streamline.
@@ -95,12 +96,19 @@ Vec3 turned(const Vec3& arm, const Vec3& turn)
     return arm + (2 / (1 + glm::dot(turn, turn))) * (aside + glm::cross(turn, aside));
 }
 
+/// The same of a branch, whose turn grows along it. A bow is longer than the chord that turns: without drawing the
+/// chord in, what bends far would be stretched.
+Vec3 bowed(const Vec3& arm, const Vec3& turn)
+{
+    return (1 - kBow * glm::dot(turn, turn)) * turned(arm, turn);
+}
+
 Vec3 placed(const WindVertex& vertex, const WindTurns& turns, Vec3 position)
 {
     position += turns.leaf;
-    position = vertex.twigPivot + turned(position - vertex.twigPivot, turns.twig);
-    position = vertex.boughPivot + turned(position - vertex.boughPivot, turns.bough);
-    return turned(position, turns.trunk);
+    position = vertex.twigPivot + bowed(position - vertex.twigPivot, turns.twig);
+    position = vertex.boughPivot + bowed(position - vertex.boughPivot, turns.bough);
+    return bowed(position, turns.trunk);
 }
 
 Vec3 faced(const WindTurns& turns, const Vec3& direction)

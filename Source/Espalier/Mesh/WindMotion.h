@@ -43,8 +43,9 @@ struct WindTurns
 [[nodiscard]] WindTurns windTurns(const WindVertex& vertex, const WindWeather& weather,
                                   const WindResponse& response) noexcept;
 
-/// Where a vertex is in the wind: the very computation of Content/Shaders/wind.vert. Rotations keep lengths; what
-/// varies along a branch is the angle. Deterministic: + - * / and floor.
+/// Where a vertex is in the wind: the very computation of Content/Shaders/wind.vert. What
+/// varies along a branch is the angle; turned far, its ends come a little nearer, so that the bow keeps its length.
+/// Deterministic: + - * / and floor.
 [[nodiscard]] Vec3 windDisplaced(const WindVertex& vertex, const Vec3& position, const WindWeather& weather,
                                  const WindResponse& response) noexcept;
 

@@ -37,11 +37,11 @@ Appearance unusual(std::uint64_t seed)
     appearance.bark.relief = number(0, 0.5);
     appearance.bark.youngTint = colour();
     appearance.bark.youngRadius = number(0, 10);
-    appearance.bark.tileHeight = 1 + key.below(Purpose::Shuffle, kMaxTileHeight, 1);
+    appearance.bark.tileHeight = static_cast<std::uint32_t>(1 + key.below(Purpose::Shuffle, kMaxTileHeight, 1));
     appearance.bark.shade = number(0, 1);
     appearance.bark.rootFlare = number(0, 4);
     appearance.bark.rootLength = number(0, 20);
-    appearance.bark.rootLobes = key.below(Purpose::Shuffle, kMaxRootLobes + 1, 2);
+    appearance.bark.rootLobes = static_cast<std::uint32_t>(key.below(Purpose::Shuffle, kMaxRootLobes + 1, 2));
     appearance.bark.rootDepth = number(0, 2);
     for (std::uint32_t i = 0; i < 3; ++i)
     {

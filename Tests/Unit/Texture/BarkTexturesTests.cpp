@@ -90,7 +90,7 @@ TEST(BarkTextures, DoNotRepeatWithinATallTile)
             double sum = 0;
             for (std::size_t t = 0; t < part; ++t)
                 sum += std::abs(normal.texels[t] - normal.texels[i * part + t]);
-            EXPECT_GT(sum / static_cast<double>(part), 5) << static_cast<int>(kind) << ", part " << i;
+            EXPECT_GT(sum / static_cast<double>(part), 3) << static_cast<int>(kind) << ", part " << i;
         }
     }
 }
@@ -203,8 +203,8 @@ TEST(BarkTextures, KindsDiffer)
 // Whoever changes how bark looks changes these, on purpose.
 TEST(BarkTextures, AreTheSameBytesWithEveryCompiler)
 {
-    constexpr std::uint64_t kExpected[] = {0x872b37ffc46ea687u, 0x0b991f5c065f010du, 0x31f5f5efa2238410u,
-                                           0xdd206e5887d41089u, 0xb53fef2634cabae3u};
+    constexpr std::uint64_t kExpected[] = {0x09737b3caeed085au, 0x4180f5a9f87c8f5fu, 0x73a6b8812e87cabeu,
+                                           0xbefb1bf271de178du, 0x542a8a8c5c78a9a0u};
     for (std::size_t kind = 0; kind < std::size(kKinds); ++kind)
     {
         const MaterialTextures textures = makeBarkTextures(barkOf(kKinds[kind]), 64);
