@@ -33,6 +33,35 @@ Reach reachAlong(const TreeMesh& mesh, const Vec3& centre, const Vec3& axis)
     return reach;
 }
 
+/// Where cards cross: through the wood of the plant's lowest third. A trunk beside that line would be seen once for
+/// each card.
+Vec3 trunkOf(const TreeMesh& mesh, const Vec3& centre, const Reach& height)
+{
+    constexpr double kLow = 1.0 / 3;
+    const double top = glm::mix(static_cast<double>(height.low), static_cast<double>(height.high), kLow);
+    DVec3 sum(0);
+    double whole = 0;
+    for (const MeshPart& part : mesh.parts)
+    {
+        if (part.material != MeshMaterial::Bark)
+            continue;
+        for (std::uint32_t i = part.firstIndex; i + 2 < part.firstIndex + part.indexCount; i += 3)
+        {
+            const DVec3 a(mesh.positions[mesh.indices[i]]);
+            const DVec3 b(mesh.positions[mesh.indices[i + 1]]);
+            const DVec3 c(mesh.positions[mesh.indices[i + 2]]);
+            const DVec3 middle = (a + b + c) / 3.0;
+            if (middle.y > top)
+                continue;
+            const double area = glm::length(glm::cross(b - a, c - a));
+            sum += area * middle;
+            whole += area;
+        }
+    }
+    const auto at = [&](double part) { return static_cast<float>(part / whole); };
+    return whole > 0 ? Vec3(at(sum.x), centre.y, at(sum.z)) : centre;
+}
+
 ImpostorFrame cardOf(const TreeMesh& mesh, const Vec3& through, float radius, const Vec3& toViewer, const Vec3& right)
 {
     ImpostorFrame frame{.toViewer = toViewer, .right = right, .up = glm::cross(toViewer, right)};
@@ -98,12 +127,13 @@ Impostor makeImpostor(const TreeMesh& full, ImpostorKind kind, std::uint32_t sid
 
     if (kind == ImpostorKind::Cards)
     {
+        const Vec3 trunk = trunkOf(full, impostor.centre, y);
         for (int i = 0; i < 8; ++i)
         {
             const auto [sin, cos] = math::sinCosDegrees(45.0 * i);
             const auto s = static_cast<float>(sin);
             const auto c = static_cast<float>(cos);
-            impostor.frames.push_back(cardOf(full, impostor.centre, impostor.radius, {s, 0, c}, {c, 0, -s}));
+            impostor.frames.push_back(cardOf(full, trunk, impostor.radius, {s, 0, c}, {c, 0, -s}));
         }
         return impostor;
     }

@@ -12,8 +12,8 @@ struct TreeMesh;
 /// How the pictures of an impostor stand about the plant.
 enum class ImpostorKind : std::uint8_t
 {
-    /// Four upright cards that cross, a picture for either side of each: a mesh that every reader shows. From high
-    /// above it is a star.
+    /// Four upright cards that cross where the trunk is, a picture for either side of each: a mesh that every reader
+    /// shows. From high above it is a star.
     Cards,
     /// The plant from all sides above the horizon, side * side frames: a card that turns to the camera and shows the
     /// nearest of them. IMPOSTOR.md; Content/Shaders/impostor.vert and impostor.frag.

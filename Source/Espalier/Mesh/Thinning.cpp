@@ -16,7 +16,7 @@ constexpr Seed kBranches{0x7468696e6e696e67u};
 constexpr std::uint32_t kLongestRun = 32;
 
 /// How wide thinned branches are made, in errors. They end in points and are wider than that where they begin.
-constexpr float kThin = 0.6f;
+constexpr float kThin = 0.45f;
 
 /// How much more few wide twigs, on few others, hide of each other than many thin ones do: measured on the bare birch
 /// and oak.

@@ -29,13 +29,15 @@ struct ThinningScratch
 
 /// A plant with less detail, for the distance at which `error` metres are about a pixel. `thinned` must not be `full`.
 ///
-/// Branches thinner than `error` are too thin to be seen one by one. Of those with a share s of it as their width, a
-/// share s is kept, and made 1 / s as wide: together they cover what all did (stochastic simplification; Cook,
+/// Branches thinner than half of `error` are too thin to be seen one by one. Of those with a share s of that as their
+/// width, a share s is kept, and made 1 / s as wide: together they cover what all did (stochastic simplification; Cook,
 /// Halstead, Planck and Ryu, "Stochastic simplification of aggregate detail", ACM TOG 26, 2007). Which are kept is a
 /// function of their places (hashPlaces), and what a larger error keeps a smaller one kept too, so nothing comes back
 /// on the way. A branch goes with all that it bears; leaves and fruits of those that stay grow by the square root of 1
-/// / s. The trunk stays. Corners of an axis that lie within half of the error of the straight way are left out, but for
-/// those where branches leave.
+/// / s. The trunk stays. Widths also make up for what facets of so coarse a tube cut off, for which branches happen to
+/// be kept, and a little for what wide ones hide of each other; thin axes end in a point. Corners of an axis that lie
+/// within half of the error of the straight way are left out, but for those where branches leave that are not thin:
+/// thin ones begin somewhere on the straight way, and are joined to nothing. With `joints` Weld, they stay joined.
 ///
 /// An error that is not positive changes nothing. The plant needs its axes (completeAxes) and must be sound (isSound);
 /// so is what comes out. Equal input gives equal bytes. Safe to call concurrently on different scratches and plants.
