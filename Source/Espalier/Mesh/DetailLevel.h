@@ -42,7 +42,8 @@ struct DetailLevel
 /// The species' foliage stands on the full plant at every level, and is thinned by itself (meshLeaves): so the crown
 /// keeps its leaves when twigs go. Sources name segments and organs of the full plant.
 ///
-/// Time: that of placing leaves, of planning some ten plants without foliage, most of them coarse, and of one mesh.
+/// Time: that of placing leaves, of planning some ten plants without foliage, most of them coarse and none beyond the
+/// triangles that are wanted, and of one mesh.
 /// Equal input gives equal bytes. Safe to call concurrently on different meshes and scratches.
 [[nodiscard]] DetailLevel meshDetailLevel(const Skeleton& full, const Appearance& appearance, std::uint32_t level,
                                           const MeshSettings& settings, const Limits& limits, DetailScratch& scratch,

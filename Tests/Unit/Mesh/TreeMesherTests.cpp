@@ -211,6 +211,31 @@ TEST(TreeMesher, LimitsHoldAlikeForCountsAndMeshes)
     }
 }
 
+TEST(TreeMesher, CountsNoFurtherThanAsked)
+{
+    const Plant& birch = plants()[3];
+    MeshScratch scratch;
+    for (const Mode& mode : modes())
+    {
+        SCOPED_TRACE(mode.name);
+        const Appearance appearance = appearanceIn(mode, birch);
+        MeshCounts all;
+        ASSERT_EQ(countBare(birch.skeleton, appearance, mode.settings, {}, scratch, all), MeshResult::Ok);
+        for (const std::uint64_t enough : {std::uint64_t{0}, all.indices / 2, all.indices - 1, all.indices})
+        {
+            MeshCounts counts;
+            ASSERT_EQ(countBare(birch.skeleton, appearance, mode.settings, {}, scratch, counts, enough),
+                      MeshResult::Ok);
+            EXPECT_LE(counts.indices, all.indices);
+            EXPECT_EQ(counts.indices > enough, all.indices > enough);
+            if (enough == all.indices)
+            {
+                EXPECT_EQ(counts, all);
+            }
+        }
+    }
+}
+
 TEST(TreeMesher, TakesAllItsMemoryAtOnceIfAsked)
 {
     const Plant& oak = plants().front();
