@@ -112,7 +112,7 @@ vec3 windTurned(vec3 arm, vec3 turn)
 // The same of a branch, whose turn grows along it: a bow is longer than its chord.
 vec3 windBowed(vec3 arm, vec3 turn)
 {
-    return (1.0 - 0.4 * dot(turn, turn)) * windTurned(arm, turn);
+    return windTurned(arm, turn) / (1.0 + 0.4 * dot(turn, turn));
 }
 
 // Where a vertex is in the wind, plant space, metres; `normal` is turned with it.

@@ -97,7 +97,8 @@ void tellMissingPictures(const Appearance& look, const std::string& path)
     std::string missing;
     for (const ImageNames& names : look.images)
         for (const std::string* name : {&names.colour, &names.normal, &names.roughness})
-            if (!name->empty() && !std::filesystem::exists(std::filesystem::path(path).parent_path() / *name))
+            if (std::error_code unknown;
+                !name->empty() && !std::filesystem::exists(std::filesystem::path(path).parent_path() / *name, unknown))
                 missing += (missing.empty() ? "" : ", ") + *name;
     if (!missing.empty())
         std::cerr << path << ": its look wants pictures that are not beside it: " << missing << "; copy them there\n";
@@ -116,18 +117,27 @@ struct AppearanceCommand
 void writePictures(const Appearance& look, const OwnTextures& own, const std::filesystem::path& folder)
 {
     Appearance painted = look;
-    const auto write = [&](const std::string& material, const MaterialTextures& textures) {
-        const ImageNames names{material + "-colour.png", material + "-normal.png", material + "-roughness.png"};
-        orFail(writeFileAtomically(folder / names.colour, encodePng(textures.colour)));
-        orFail(writeFileAtomically(folder / names.normal, encodePng(textures.normal)));
-        orFail(writeFileAtomically(folder / names.roughness, encodePng(textures.roughness)));
-        painted.images.push_back(names);
-    };
     painted.images.clear();
+    for (std::size_t i = 0; i <= look.leaves.size(); ++i)
+    {
+        const std::string material = i == 0 ? "bark" : "leaves" + std::to_string(i - 1);
+        painted.images.push_back({material + "-colour.png", material + "-normal.png", material + "-roughness.png"});
+    }
+    for (const ImageNames& names : painted.images)
+        for (const std::string* name : {&names.colour, &names.normal, &names.roughness})
+            if (std::error_code unknown; std::filesystem::exists(folder / *name, unknown))
+                failUsage("appearance: " + (folder / *name).string() +
+                          " is there already; expected a folder without pictures of that name");
+
     const AppearanceTextures textures = makeTextures(look, {}, 0, own);
-    write("bark", textures.bark);
-    for (std::size_t k = 0; k < textures.leaves.size(); ++k)
-        write("leaves" + std::to_string(k), textures.leaves[k]);
+    for (std::size_t i = 0; i < painted.images.size(); ++i)
+    {
+        const ImageNames& names = painted.images[i];
+        const MaterialTextures& material = i == 0 ? textures.bark : textures.leaves[i - 1];
+        orFail(writeFileAtomically(folder / names.colour, encodePng(material.colour)));
+        orFail(writeFileAtomically(folder / names.normal, encodePng(material.normal)));
+        orFail(writeFileAtomically(folder / names.roughness, encodePng(material.roughness)));
+    }
     std::cout << printAppearance(painted);
     std::cerr << folder.string() << ": " << 3 * painted.images.size()
               << " pictures; paint over them, and set the look printed here, saved beside them\n";

@@ -3,7 +3,6 @@
 #include "Input.h"
 #include "Usage.h"
 
-#include <Espalier/Bake/PivotTextures.h>
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/File.h>
 #include <Espalier/Render/ImpostorAtlas.h>
@@ -220,6 +219,7 @@ void PlantBaker::addWind(const Skeleton& skeleton, Level& level)
     if (*preset_ == WindPreset::PivotPainter) // the same of all levels
     {
         pivots_ = pivotTable(vertices);
+        pivotTextures_ = orFailIn(path_, encodePivots(pivots_, static_cast<std::uint32_t>(vertices.elements.size())));
         elements_ = static_cast<std::uint32_t>(vertices.elements.size());
     }
 }
@@ -442,7 +442,6 @@ nlohmann::ordered_json PlantBaker::writePivots(const std::string& label, const s
     const std::filesystem::path path = besidePath(output, "-pivots.json");
     const std::filesystem::path positions = besidePath(output, "-pivots-position.exr");
     const std::filesystem::path directions = besidePath(output, "-pivots-direction.png");
-    const PivotTextures textures = orFailIn(path_, encodePivots(pivots_, elements_));
     const auto rows = [&](const std::vector<Vec4>& table) {
         return toJson(std::span(table).first(std::min<std::size_t>(elements_, table.size())));
     };
@@ -455,8 +454,8 @@ nlohmann::ordered_json PlantBaker::writePivots(const std::string& label, const s
                                           {"levels", rows(pivots_.levels)},
                                           {"positionTexture", positions.filename().string()},
                                           {"directionTexture", directions.filename().string()}};
-    orFail(writeFileAtomically(positions, textures.pivots));
-    orFail(writeFileAtomically(directions, textures.directions));
+    orFail(writeFileAtomically(positions, pivotTextures_.pivots));
+    orFail(writeFileAtomically(directions, pivotTextures_.directions));
     orFail(writeFileAtomically(path, document.dump() + "\n"));
     return {{"file", path.string()}, {"elements", elements_}, {"with", {positions.string(), directions.string()}}};
 }

@@ -4,6 +4,7 @@
 
 #include <Espalier/Bake/Gltf.h>
 #include <Espalier/Bake/Obj.h>
+#include <Espalier/Bake/PivotTextures.h>
 #include <Espalier/Mesh/Collision.h>
 #include <Espalier/Mesh/DetailLevel.h>
 #include <Espalier/Mesh/Impostor.h>
@@ -99,7 +100,8 @@ private:
     std::vector<MaterialImages> imageFiles_; ///< Of OBJ: written with the first plant, and used by all.
     DetailScratch scratch_;
     TreeMesh full_; ///< Level 0, where something is compared with it or painted from it and it is no level to write.
-    PivotTable pivots_;          ///< Of the plant, with --wind pivots.
+    PivotTable pivots_; ///< Of the plant, with --wind pivots.
+    PivotTextures pivotTextures_;
     std::uint32_t elements_ = 0; ///< In it.
     Impostor impostor_;
     MaterialTextures atlas_; ///< Of the impostor.

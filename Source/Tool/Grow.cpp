@@ -68,8 +68,7 @@ public:
             info_.speciesHash = hashOf(shown);
         }
         if (!writesSkeletons_)
-            baker_.emplace(command.bake, appearance_, command.look.pictures(appearance_, command.species),
-                           command.species);
+            baker_.emplace(command.bake, appearance_, pictures(), command.species);
     }
 
     /// The plant: its seed, the attempt, and "files", an entry each with what it holds.
@@ -89,6 +88,13 @@ public:
     }
 
 private:
+    /// Read only where something shows them.
+    [[nodiscard]] OwnTextures pictures() const
+    {
+        const bool areShown = command_.bake.textures > 0 || command_.bake.impostor != "none";
+        return areShown ? command_.look.pictures(appearance_, command_.species) : OwnTextures{};
+    }
+
     [[noreturn]] void failEmpty() const
     {
         fail({ErrorKind::BadInput, nothingDrawn(grower_.steps()), {}, {}, {command_.species, 0, 0}});

@@ -200,7 +200,7 @@ private:
         return {.mesh = &mesh,
                 .appearance = appearances_.back().get(),
                 .label = std::move(caption),
-                .own = own_.back().get()};
+                .own = own_.back()->empty() ? nullptr : own_.back().get()};
     }
 
     void addSubject(TreeMesh mesh, std::string caption, float error = 0)
@@ -262,7 +262,7 @@ void render(const RenderCommand& command, const CLI::App& verb)
 
     if (!command.focus.empty())
     {
-        if (command.focus[3] <= 0)
+        if (!(command.focus[3] > 0))
             failUsage("render: --focus needs a radius above 0, in metres: X,Y,Z,RADIUS");
         settings.focus = {command.focus[0], command.focus[1], command.focus[2]};
         settings.focusRadius = command.focus[3];

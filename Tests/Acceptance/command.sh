@@ -320,6 +320,7 @@ mkdir painted
 cp look.species painted/own.species
 "$espalier" appearance look.species --pictures painted > painted/own.appearance 2> told.txt
 expect "pictures to paint over" 0 "6 pictures" cat told.txt
+expect "pictures are not painted over" 2 "is there already" "$espalier" appearance look.species --pictures painted
 expect "a look with pictures" 0 "1 kind" "$espalier" appearance painted/own.species --set painted/own.appearance
 expect "grow with pictures" 0 "triangles" "$espalier" grow painted/own.species --lod 4 -o painted/own.glb
 expect "a picture of pictures" 0 "pixels" "$espalier" render painted/own.species --lod 4 --width 64 --height 64 --samples 1 -o own.png

@@ -34,8 +34,9 @@ struct Limits
     std::uint32_t nodes = 1u << 20;         ///< Segments of one skeleton; instances of one archetype read from a file.
     std::uint32_t inferredNodes = 4u << 20; ///< Instances and productions of an inference.
     std::uint32_t vertices = 16u << 20;
-    double angleDegrees = 3600.0; ///< Largest magnitude of an angle in a file.
-    double coordinate = 1e5;      ///< Largest magnitude of a coordinate or length, metres.
+    std::uint32_t texels = 32u << 20; ///< Of all pictures that one appearance names: four bytes each.
+    double angleDegrees = 3600.0;     ///< Largest magnitude of an angle in a file.
+    double coordinate = 1e5;          ///< Largest magnitude of a coordinate or length, metres.
 
     /// For a grammar that may be inferred: inference writes more than people do.
     [[nodiscard]] constexpr Limits ofInferredGrammars() const noexcept

@@ -18,6 +18,7 @@ namespace espalier::simd {
 using Two = double __attribute__((vector_size(16)));
 using Four = float __attribute__((vector_size(16)));
 using FourInts = int __attribute__((vector_size(16)));
+using FourCounts = unsigned int __attribute__((vector_size(16)));
 
 /// Rounded to the nearest, as static_cast<float> does.
 inline Four toFloats(Two low, Two high) noexcept
@@ -79,6 +80,10 @@ inline void store(void* memory, Four value) noexcept
     std::memcpy(memory, &value, sizeof(value));
 }
 inline void store(void* memory, FourInts value) noexcept
+{
+    std::memcpy(memory, &value, sizeof(value));
+}
+inline void store(void* memory, FourCounts value) noexcept
 {
     std::memcpy(memory, &value, sizeof(value));
 }

@@ -1,4 +1,5 @@
 #include <Espalier/Mesh/AxisCurve.h>
+#include <Espalier/Mesh/RingFrames.h>
 #include <algorithm>
 #include <cmath>
 
@@ -24,17 +25,12 @@ constexpr float kLeastReach = 0.3f;
 /// Below this sine of half the turn the two directions at a joint cancel: the axis folds back on itself.
 constexpr float kHairpin = 1e-3f;
 
-Vec3 anyNormalTo(const Vec3& direction)
-{
-    const Vec3 aside = std::abs(direction.x) < 0.6f ? Vec3(1, 0, 0) : Vec3(0, 0, 1);
-    return glm::normalize(glm::cross(direction, aside));
-}
-
 Four tangentBetween(Four before, Four after)
 {
     const Four sum = before + after;
     const float square = dot(sum, sum);
-    return square > 4 * kHairpin * kHairpin ? sum * all(1 / std::sqrt(square)) : three(anyNormalTo(simd::vec3(before)));
+    return square > 4 * kHairpin * kHairpin ? sum * all(1 / std::sqrt(square))
+                                            : three(anySideNormalTo(simd::vec3(before)));
 }
 
 float monotoneSlope(const AxisJoint& before, const AxisJoint& here, float nextRadius)

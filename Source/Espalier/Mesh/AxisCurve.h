@@ -1,6 +1,5 @@
 #pragma once
 
-#include <Espalier/Core/Simd.h>
 #include <Espalier/Core/Vector.h>
 #include <algorithm>
 #include <cmath>
@@ -45,12 +44,6 @@ struct AxisRounding
     float smoothing = 1;  ///< 0 straight segments, 1 a smooth curve.
     float cosMaxTurn = 1; ///< Cosine of the angle that the curve may turn by from one point to the next.
 };
-
-/// The unit vector along `v`, or `otherwise` where `v` has no direction.
-[[nodiscard]] inline Vec3 directionOr(const Vec3& v, const Vec3& otherwise) noexcept
-{
-    return simd::vec3(simd::directionOr(simd::three(v), simd::three(otherwise)));
-}
 
 /// True if `b` may follow `a` as a joint: nearer ones, within a micrometre or a few roundings of their coordinates, are
 /// one place, for the way between them has no reliable direction.

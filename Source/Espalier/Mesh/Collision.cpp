@@ -1,5 +1,6 @@
 #include <Espalier/Mesh/Bounds.h>
 #include <Espalier/Mesh/Collision.h>
+#include <Espalier/Mesh/RingFrames.h>
 
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Species/Appearance.h>

@@ -113,7 +113,7 @@ private:
             meshBare(scratch_.thinned, appearance_, woodSettings(woodError), limits_, scratch_.mesh, mesh);
         nameFullSources(scratch_.thinning, mesh);
         if (!scratch_.mesh.foliage.leaves.empty())
-            shadeWood(scratch_.mesh.placing.light, appearance_.bark.shade, mesh, 0);
+            shadeWood(scratch_.mesh.placing.light, appearance_.bark.shade, 0, scratch_.mesh.woodEnd, mesh);
         const MeshResult leaves = meshLeaves(scratch_.mesh.foliage, appearance_.leaves, leafSettings(leafError),
                                              limits_, scratch_.mesh.leaves, mesh);
         if (leaves == MeshResult::EmptySkeleton)

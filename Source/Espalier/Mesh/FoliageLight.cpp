@@ -2,6 +2,7 @@
 
 #include <Espalier/Core/Simd.h>
 #include <Espalier/Mesh/AxisCurve.h>
+#include <Espalier/Mesh/RingFrames.h>
 #include <algorithm>
 #include <cmath>
 

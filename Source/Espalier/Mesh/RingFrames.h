@@ -10,6 +10,12 @@
 
 namespace espalier {
 
+/// The unit vector along `v`, or `otherwise` where `v` has no direction.
+[[nodiscard]] inline Vec3 directionOr(const Vec3& v, const Vec3& otherwise) noexcept
+{
+    return simd::vec3(simd::directionOr(simd::three(v), simd::three(otherwise)));
+}
+
 /// A unit vector normal to `tangent`, whichever.
 [[nodiscard]] Vec3 anySideNormalTo(const Vec3& tangent) noexcept;
 

@@ -210,8 +210,9 @@ private:
     /// Square metres, seen across.
     [[nodiscard]] static float areaOf(const Skeleton& plant, std::uint32_t segment)
     {
-        return (plant.startRadii[segment] + plant.endRadii[segment]) *
-               glm::length(plant.ends[segment] - plant.starts[segment]);
+        // Within what floats can hold even if the radii are hardly.
+        return std::min(plant.startRadii[segment] + plant.endRadii[segment], 1e9f) *
+               std::min(glm::length(plant.ends[segment] - plant.starts[segment]), 1e9f);
     }
 
     /// Facets cut off what circles cover: how much more those of a level do than those of the full plant.

@@ -69,6 +69,7 @@ MeshResult meshBare(const Skeleton& skeleton, const Appearance& appearance, cons
     const MeshResult wood = meshTubes(skeleton, appearance.bark, tubes, limits, scratch.tubes, mesh);
     if (!isMeshed(wood))
         return wood;
+    scratch.woodEnd = mesh.positions.size();
     const MeshResult shapes =
         meshShapes(skeleton, appearance, shapeSettingsFor(appearance, settings), limits, scratch.shapes, mesh);
     if (!isMeshed(shapes))
@@ -117,7 +118,7 @@ MeshResult meshTree(const Skeleton& skeleton, const Appearance& appearance, cons
         placeLeaves(skeleton, appearance.leaves, settings.tubes.smoothing, limits, scratch.placing, scratch.foliage);
     if (leaves == MeshResult::Ok)
     {
-        shadeWood(scratch.placing.light, appearance.bark.shade, mesh, firstVertex);
+        shadeWood(scratch.placing.light, appearance.bark.shade, firstVertex, scratch.woodEnd, mesh);
         leaves = meshLeaves(scratch.foliage, appearance.leaves, leafSettingsOf(skeleton, settings), limits,
                             scratch.leaves, mesh);
     }

@@ -21,6 +21,7 @@ struct MeshSettings
 struct MeshScratch
 {
     TubeScratch tubes;
+    std::size_t woodEnd = 0; ///< After meshBare: the wood's vertices are those from where the mesh ended up to here.
     ShapeScratch shapes;
     FoliageScratch placing;
     Foliage foliage; ///< After a successful call, what meshTree placed: for tests and drawings of it.

@@ -1,3 +1,4 @@
+#include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeCollar.h>
 #include <algorithm>
 #include <cmath>

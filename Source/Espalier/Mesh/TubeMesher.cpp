@@ -462,10 +462,10 @@ private:
             return;
         }
         // Two triangles a side, two sides at a time: three registers full.
-        const auto at = [first](std::uint32_t corner) { return static_cast<int>(first + corner); };
-        simd::FourInts a{at(0), at(1), at(stride), at(1)};
-        simd::FourInts b{at(stride + 1), at(stride), at(1), at(2)};
-        simd::FourInts c{at(stride + 1), at(2), at(stride + 2), at(stride + 1)};
+        const auto at = [first](std::uint32_t corner) { return first + corner; };
+        simd::FourCounts a{at(0), at(1), at(stride), at(1)};
+        simd::FourCounts b{at(stride + 1), at(stride), at(1), at(2)};
+        simd::FourCounts c{at(stride + 1), at(2), at(stride + 2), at(stride + 1)};
         for (std::uint32_t side = 0; side + 1 < sides; side += 2, next += 12)
         {
             simd::store(next, a);
@@ -598,7 +598,9 @@ void turnToFront(TreeMesh& mesh, std::size_t firstIndex)
 TubePlan planOf(const Skeleton& skeleton, const BarkAppearance& bark, const TubeSettings& settings,
                 TubeScratch& scratch)
 {
-    const TubeSettings kept = clamped(settings);
+    TubeSettings kept = clamped(settings);
+    if (kept.widening.size() != skeleton.size())
+        kept.widening = {}; // of another skeleton
     const AxisRounding rounding{.smoothing = kept.smoothing,
                                 .cosMaxTurn = static_cast<float>(math::cos(static_cast<double>(kept.maxRingAngle)))};
     return {skeleton, kept, rounding, bark, std::clamp(bark.tile, 1e-3f, 100.f), scratch};

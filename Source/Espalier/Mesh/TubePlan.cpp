@@ -506,19 +506,19 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
     }
     thickest = std::max(thickest, scratch.rings[tube.firstRing].radius);
 
+    const float widened = plan.settings.widening.empty() ? 1.0f : plan.settings.widening[segment];
+    tube.sides = sidesFor(thickest / widened, plan.settings);
+    giveSides(plan.settings, startRadius, tube.roots, tube.sides);
     if (tube.roots.share > 0)
         sinkBase(1 + tube.roots.depth * tube.roots.share / (1 + tube.roots.share), scratch.rings[tube.firstRing]);
     addCap(plan.settings, scratch);
     const std::span<const TubeRing> rings = std::span(scratch.rings).subspan(tube.firstRing);
-    const float widened = plan.settings.widening.empty() ? 1.0f : plan.settings.widening[segment];
     const float circumference = 2 * static_cast<float>(math::kPi) * meanRadiusOf(scratch.points) / widened;
     tube.ringCount = static_cast<std::uint32_t>(rings.size());
-    tube.sides = sidesFor(thickest / widened, plan.settings);
     tube.repeats = std::max(1.f, std::floor(circumference / plan.tile + 0.5f));
     const auto tall = static_cast<float>(tileHeightOf(plan.bark));
     tube.repeatsPerMetre = 1 / (tall * std::max(circumference / tube.repeats, plan.tile / kFinestBark));
     tube.lean = kSpiralGrain * tall;
-    giveSides(plan.settings, startRadius, tube.roots, tube.sides);
     const bool isOpen = startRadius <= plan.settings.openRadius && plan.skeleton.parents[segment] != kNoSegment &&
                         plan.settings.joints == TubeJoints::Embed;
     // Between buttresses a lid is hollow, so it has a middle.

@@ -1,4 +1,5 @@
 #include <Espalier/Core/DeterministicMath.h>
+#include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeCollar.h>
 #include <Espalier/Mesh/TubeWeld.h>
 #include <Espalier/Plant/Skeleton.h>

@@ -3,6 +3,7 @@
 #include <Espalier/Core/Random.h>
 #include <Espalier/Mesh/AxisCurve.h>
 #include <Espalier/Mesh/Bounds.h>
+#include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Plant/Places.h>
 #include <algorithm>
 #include <cmath>

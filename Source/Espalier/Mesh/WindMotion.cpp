@@ -100,7 +100,7 @@ Vec3 turned(const Vec3& arm, const Vec3& turn)
 /// chord in, what bends far would be stretched.
 Vec3 bowed(const Vec3& arm, const Vec3& turn)
 {
-    return (1 - kBow * glm::dot(turn, turn)) * turned(arm, turn);
+    return turned(arm, turn) / (1 + kBow * glm::dot(turn, turn));
 }
 
 Vec3 placed(const WindVertex& vertex, const WindTurns& turns, Vec3 position)

@@ -23,7 +23,7 @@ std::uint8_t dimmed(std::uint8_t component, float factor)
 
 } // namespace
 
-void shadeWood(const FoliageLight& light, float shade, TreeMesh& mesh, std::size_t first)
+void shadeWood(const FoliageLight& light, float shade, std::size_t first, std::size_t end, TreeMesh& mesh)
 {
     if (light.light.empty() || !(shade > 0) || mesh.tints.size() < mesh.positions.size())
         return;
@@ -34,7 +34,7 @@ void shadeWood(const FoliageLight& light, float shade, TreeMesh& mesh, std::size
     std::array<std::int32_t, 3> last{};
     float factor = 1;
     bool isFirst = true;
-    for (std::size_t i = first; i < mesh.positions.size(); ++i)
+    for (std::size_t i = first; i < end; ++i)
     {
         const Vec3 at = (mesh.positions[i] - light.low) / part;
         std::array<std::int32_t, 3> here{};

@@ -23,7 +23,7 @@ enum class BarkKind : std::uint8_t
 /// The most that a tile of bark may be higher than wide.
 inline constexpr std::uint32_t kMaxTileHeight = 4;
 
-inline constexpr std::uint32_t kMaxRootLobes = 12;
+inline constexpr std::uint32_t kMaxRootLobes = 6;
 
 /// The skin of a species' wood. Colours are linear RGB in [0, 1].
 struct BarkAppearance

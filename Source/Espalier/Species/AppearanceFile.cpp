@@ -158,7 +158,8 @@ Expected<void> readColour(const Value& value, Vec3& colour)
 bool isPictureInside(std::string_view name)
 {
     const std::filesystem::path path(name);
-    return path.extension() == ".png" && path.is_relative() && name.find_first_of(":\\") == std::string_view::npos &&
+    const auto isOdd = [](char c) { return static_cast<unsigned char>(c) < ' ' || c == ':' || c == '\\'; };
+    return path.extension() == ".png" && !path.has_root_path() && std::ranges::none_of(name, isOdd) &&
            std::ranges::find(path, "..") == path.end();
 }
 

@@ -25,8 +25,9 @@ struct Image
 
 /// The picture in a PNG file as it is stored, whatever the file says of its colour space (glTF 2.0, 3.8.3); 16 bits are
 /// rounded to 8, palettes and greys become colours. `channels`: 3, alpha is left out, or 4. `file` is named in errors:
-/// BadInput for what is no PNG, Limit for sides above `mostSide`, before memory is taken for them.
+/// BadInput for what is no PNG, Limit for sides above `mostSide` or more than `mostTexels`, before memory is taken for
+/// them.
 [[nodiscard]] Expected<Image> decodePng(std::string_view bytes, std::uint32_t channels, std::uint32_t mostSide,
-                                        std::string_view file);
+                                        std::string_view file, std::uint64_t mostTexels = ~std::uint64_t{0});
 
 } // namespace espalier

@@ -10,12 +10,16 @@ namespace espalier {
 
 namespace {
 
-Expected<Image> loadImage(const std::filesystem::path& path, std::uint32_t channels, const Limits& limits)
+/// Takes its texels from what `limits` allow.
+Expected<Image> loadImage(const std::filesystem::path& path, std::uint32_t channels, Limits& limits)
 {
     const auto bytes = readFile(path, limits.fileBytes);
     if (!bytes)
         return tl::make_unexpected(bytes.error());
-    return decodePng(*bytes, channels, kMaxTextureSize, path.string());
+    auto image = decodePng(*bytes, channels, kMaxTextureSize, path.string(), limits.texels);
+    if (image)
+        limits.texels -= image->width * image->height;
+    return image;
 }
 
 /// An image of one colour, as large as another.
@@ -41,7 +45,7 @@ void fillCutOut(Image& colour)
 }
 
 Expected<MaterialTextures> loadMaterial(const ImageNames& names, std::uint32_t channels, float roughness,
-                                        const std::filesystem::path& folder, const Limits& limits)
+                                        const std::filesystem::path& folder, Limits& limits)
 {
     MaterialTextures material;
     auto colour = loadImage(folder / names.colour, channels, limits);
@@ -81,13 +85,14 @@ Expected<MaterialTextures> loadMaterial(const ImageNames& names, std::uint32_t c
 Expected<OwnTextures> loadOwnTextures(const Appearance& appearance, const std::filesystem::path& folder,
                                       const Limits& limits)
 {
+    Limits left = limits;
     OwnTextures all(std::min(appearance.images.size(), 1 + appearance.leaves.size()));
     for (std::size_t i = 0; i < all.size(); ++i)
     {
         if (appearance.images[i].colour.empty())
             continue;
         const float roughness = i == 0 ? appearance.bark.roughness : appearance.leaves[i - 1].roughness;
-        auto material = loadMaterial(appearance.images[i], i == 0 ? 3 : 4, roughness, folder, limits);
+        auto material = loadMaterial(appearance.images[i], i == 0 ? 3 : 4, roughness, folder, left);
         if (!material)
             return tl::make_unexpected(material.error());
         all[i] = std::move(*material);

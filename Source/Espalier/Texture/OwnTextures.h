@@ -20,7 +20,7 @@ using OwnTextures = std::vector<MaterialTextures>;
 /// out take the colour of the nearest leaf.
 ///
 /// Fails with Io for a file that is not there, with BadInput for one that is no PNG or of another size, with Limit for
-/// one that is too large; the error names the file.
+/// one that is too large, or where all have more than limits.texels; the error names the file.
 [[nodiscard]] Expected<OwnTextures> loadOwnTextures(const Appearance& appearance, const std::filesystem::path& folder,
                                                     const Limits& limits = {});
 

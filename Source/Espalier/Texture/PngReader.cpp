@@ -1,7 +1,6 @@
 #include <Espalier/Texture/Image.h>
 
 #include <algorithm>
-#include <array>
 #include <png.h>
 
 // libpng's own simplified reader: its memory is that of the picture, however its data unpacks. It sees no chunk that we
@@ -12,7 +11,6 @@ namespace espalier {
 namespace {
 
 constexpr std::string_view kSignature("\x89PNG\r\n\x1a\n", 8);
-constexpr std::array<std::string_view, 5> kNeeded{"IHDR", "PLTE", "tRNS", "IDAT", "IEND"};
 
 std::uint32_t bigEndian(std::string_view bytes)
 {
@@ -22,7 +20,8 @@ std::uint32_t bigEndian(std::string_view bytes)
     return number;
 }
 
-/// The file with the chunks that we need alone, up to the first that is cut short; empty if it is no PNG.
+/// The file without the chunks that may be left out (their names begin with a small letter) and that we do not need, up
+/// to the first that is cut short; empty if it is no PNG.
 std::string neededChunks(std::string_view bytes)
 {
     constexpr std::size_t kFrame = 12; // length, name and checksum of a chunk
@@ -36,7 +35,8 @@ std::string neededChunks(std::string_view bytes)
         const std::uint64_t length = kFrame + std::uint64_t{bigEndian(bytes)};
         if (length > bytes.size())
             break;
-        if (std::ranges::find(kNeeded, bytes.substr(4, 4)) != kNeeded.end())
+        const bool isCritical = (bytes[4] & 0x20) == 0;
+        if (isCritical || bytes.substr(4, 4) == "tRNS")
             needed += bytes.substr(0, length);
         bytes.remove_prefix(length);
     }
@@ -56,7 +56,8 @@ struct Reader
 
 } // namespace
 
-Expected<Image> decodePng(std::string_view bytes, std::uint32_t channels, std::uint32_t mostSide, std::string_view file)
+Expected<Image> decodePng(std::string_view bytes, std::uint32_t channels, std::uint32_t mostSide, std::string_view file,
+                          std::uint64_t mostTexels)
 {
     const Location where{std::string(file)};
     const std::string needed = neededChunks(bytes);
@@ -75,6 +76,11 @@ Expected<Image> decodePng(std::string_view bytes, std::uint32_t channels, std::u
                        "the picture has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
                            " texels",
                        "sides of at most " + std::to_string(mostSide));
+    if (std::uint64_t{image.width} * image.height > mostTexels)
+        return failure(ErrorKind::Limit, where,
+                       "the picture has " + std::to_string(image.width) + " x " + std::to_string(image.height) +
+                           " texels",
+                       "at most " + std::to_string(mostTexels) + ", what the other pictures leave of the limit");
     image.format = PNG_FORMAT_RGBA;
     image.flags |= PNG_IMAGE_FLAG_16BIT_sRGB; // else 16 bits are taken for linear light
     Image picture{image.width, image.height, 4, {}};

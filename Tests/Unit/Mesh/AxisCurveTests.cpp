@@ -1,6 +1,7 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Core/Random.h>
 #include <Espalier/Mesh/AxisCurve.h>
+#include <Espalier/Mesh/RingFrames.h>
 #include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>

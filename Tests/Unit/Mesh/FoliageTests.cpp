@@ -1,4 +1,5 @@
 #include <Espalier/Mesh/Foliage.h>
+#include <Espalier/Mesh/RingFrames.h>
 
 #include <Allocations.h>
 #include <Espalier/Archetype/Placement.h>

@@ -5,6 +5,7 @@
 #include <Espalier/Grammar/Grammar.h>
 #include <Espalier/Inference/Inference.h>
 #include <Espalier/Mesh/AxisCurve.h>
+#include <Espalier/Mesh/RingFrames.h>
 #include <Espalier/Mesh/TubeMesher.h>
 #include <Espalier/Species/Appearance.h>
 #include <Espalier/Species/Grow.h>

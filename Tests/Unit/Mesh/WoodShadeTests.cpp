@@ -39,7 +39,7 @@ TreeMesh pointsAt(const std::vector<Vec3>& places)
 TEST(WoodShade, DarkensWhatLeavesHide)
 {
     TreeMesh mesh = pointsAt({{0, 2.6f, 0}, {0, 3.9f, 0}, {0, 0, 0}, {0, 1.7f, 0}, {0, 2.6f, 0}});
-    shadeWood(crown(), 0.6f, mesh, 0);
+    shadeWood(crown(), 0.6f, 0, mesh.positions.size(), mesh);
     EXPECT_LT(mesh.tints[0].red, 130) << "deep inside";
     EXPECT_GT(mesh.tints[1].red, 140) << "at the top";
     EXPECT_GT(mesh.tints[2].red, 195) << "a trunk's foot, to which light comes from the sides";
@@ -56,14 +56,15 @@ TEST(WoodShade, LeavesTintsWhereThereIsNothingToDo)
 {
     const TreeMesh before = pointsAt({{0, 2.6f, 0}, {0, 3, 0}});
     TreeMesh mesh = before;
-    shadeWood({}, 1, mesh, 0);
-    shadeWood(crown(), 0, mesh, 0);
-    shadeWood(crown(), 1, mesh, 2);
+    shadeWood({}, 1, 0, mesh.positions.size(), mesh);
+    shadeWood(crown(), 0, 0, mesh.positions.size(), mesh);
+    shadeWood(crown(), 1, 2, mesh.positions.size(), mesh);
     EXPECT_EQ(mesh.tints, before.tints);
     mesh.tints.clear();
-    shadeWood(crown(), 1, mesh, 0);
+    shadeWood(crown(), 1, 0, mesh.positions.size(), mesh);
     EXPECT_TRUE(mesh.tints.empty());
-    shadeWood(crown(), 1, mesh = {}, 0);
+    mesh = {};
+    shadeWood(crown(), 1, 0, 0, mesh);
 }
 
 TEST(WoodShade, IsTheSameAtEveryLevelOfDetail)

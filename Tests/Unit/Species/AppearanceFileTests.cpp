@@ -124,6 +124,7 @@ TEST(AppearanceFile, SaysWhatIsWrongAndWhere)
         {R"(, "images": {"bark": {"colour": "b/../../a.png"}})", "the picture is \"b/../../a.png\""},
         {R"(, "images": {"bark": {"colour": "/a.png"}})", "the picture is \"/a.png\""},
         {R"(, "images": {"bark": {"colour": "C:a.png"}})", "the picture is \"C:a.png\""},
+        {R"(, "images": {"bark": {"colour": "x\u0000.png"}})", "the picture is"},
         {R"(, "images": {"leaf": []})", "images has the unknown key \"leaf\""},
     };
     for (const auto& [text, message] : cases)

@@ -94,6 +94,20 @@ TEST_F(OwnTexturesTest, HolesHaveTheColourOfTheLeafBesideThem)
     }
 }
 
+TEST_F(OwnTexturesTest, KeepTheLimitOnAllOfThemTogether)
+{
+    write("bark.png", evenImage(16, 16, {1, 2, 3}));
+    const Appearance appearance = withImages({{"bark.png", "bark.png", ""}, {"bark.png", "", ""}});
+    Limits limits;
+    limits.texels = 3 * 256;
+    EXPECT_TRUE(loadOwnTextures(appearance, folder, limits));
+    limits.texels = 3 * 256 - 1;
+    const auto own = loadOwnTextures(appearance, folder, limits);
+    ASSERT_FALSE(own);
+    EXPECT_EQ(own.error().kind, ErrorKind::Limit);
+    EXPECT_NE(own.error().what.find("16 x 16"), std::string::npos);
+}
+
 TEST_F(OwnTexturesTest, SayWhichFileIsWrong)
 {
     write("bark.png", evenImage(16, 16, {1, 2, 3}));
