@@ -113,6 +113,7 @@ private:
     {
         appearances_.push_back(std::make_unique<Appearance>(std::move(look)));
         const auto [first, last] = levels_;
+        float coarsest = 0;
         for (std::uint32_t level = first; level <= last; ++level)
         {
             TreeMesh mesh;
@@ -125,6 +126,7 @@ private:
                 std::cerr << path << ": " << plant.label << " is left out: " << nothingDrawn(plant.steps) << '\n';
                 return;
             }
+            coarsest = detail.error;
             const std::string triangles = std::to_string(mesh.indices.size() / 3) + " triangles";
             const bool isAlone = first == last && !command_.impostor;
             const std::string caption = isAlone ? label : "level " + std::to_string(level) + ": " + triangles;
@@ -134,10 +136,11 @@ private:
                 addSubject(std::move(mesh), caption, detail.error);
         }
         if (command_.impostor)
-            addImpostor(plant, path, label);
+            addImpostor(plant, path, label, coarsest);
     }
 
-    void addImpostor(const Plant& plant, const std::string& path, const std::string& label)
+    /// `coarsest` is the error of the last level, which it takes over from.
+    void addImpostor(const Plant& plant, const std::string& path, const std::string& label, float coarsest)
     {
         const Appearance& look = *appearances_.back();
         TreeMesh full;
@@ -152,7 +155,8 @@ private:
         TreeMesh cards;
         meshCards(impostor, cards);
         const std::string caption = "impostor: " + std::to_string(cards.indices.size() / 3) + " triangles";
-        addSubject(std::move(cards), caption, impostorError(impostor, atlases_.back()->colour.width));
+        addSubject(std::move(cards), caption,
+                   std::max(impostorError(impostor, atlases_.back()->colour.width), coarsest));
         subjects_.back().cards = atlases_.back().get();
     }
 

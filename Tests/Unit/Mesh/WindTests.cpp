@@ -354,6 +354,29 @@ TEST(Wind, MovesALeafsFootWithItsTwig)
 }
 
 /// Axes keep their lengths to 6 %, and to 3 % does their skin but for a few creases at forks and in sharp bends.
+/// Files may ask for ten times the answer that plants give, and weather for a hurricane.
+TEST(Wind, TurnsNoBranchInsideOut)
+{
+    const Skeleton skeleton = drawn("Birch");
+    const WindResponse response = windResponse(skeleton, {.trunk = 0, .boughs = 10});
+    Probe ends;
+    for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+        ends.add(i, skeleton.ends[i]);
+    const WindVertices wind = windOf(skeleton, ends.mesh);
+    for (const float speed : {20.f, 40.f, 80.f})
+        for (std::uint32_t i = 0; i < skeleton.size(); ++i)
+        {
+            const WindVertex& vertex = wind.vertices[i];
+            if (vertex.boughBend <= 0 || vertex.twigBend > 0)
+                continue;
+            const WindWeather weather{.speed = speed, .gust = 0.6f, .time = 1.3f};
+            const Vec3 still = skeleton.ends[i] - vertex.boughPivot;
+            const Vec3 blown = windDisplaced(vertex, skeleton.ends[i], weather, response) - vertex.boughPivot;
+            ASSERT_GT(glm::length(blown), 0.2f * glm::length(still)) << i << " at " << speed << " m/s";
+            ASSERT_LE(glm::length(blown), 1.001f * glm::length(still)) << i << " at " << speed << " m/s";
+        }
+}
+
 TEST(Wind, StretchesNothing)
 {
     for (const char* name : kDrawn)
