@@ -416,7 +416,9 @@ there is no verb grwo (did you mean grow?)|grwo
 there is no verb grwo (did you mean grow?)|help grwo
 --output is required|grow look.species
 END
-expect "nothing was written" 2 "" ls x.glb x.png x.swc
+for name in x.glb x.png x.swc; do
+    expect "no $name was written" 1 "" test -e "$name"
+done
 
 # Names that are not quite those of files.
 expect "a name alone" 2 "did you mean look.species?" "$espalier" grow look -o x.glb

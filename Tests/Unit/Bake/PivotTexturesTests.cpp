@@ -2,6 +2,8 @@
 
 #include <Espalier/Core/Vector.h>
 #include <Espalier/Mesh/WindPresets.h>
+#include <Espalier/Texture/Image.h>
+#include <array>
 #include <gtest/gtest.h>
 #include <limits>
 #include <vector>
@@ -66,8 +68,29 @@ TEST(PivotTextures, NumbersAreThoseOfUnreal)
     EXPECT_EQ(half(1), 0x5a40u) << "blue: 200 cm up";
     EXPECT_EQ(half(2), 0xce40u) << "green: -25 cm of what was z";
     EXPECT_EQ(half(3), 0x5240u) << "red: 50 cm";
-    EXPECT_FALSE(textures->directions.empty());
     EXPECT_EQ(encodePivots(tower(2, 3), 3)->pivots, exr);
+}
+
+TEST(PivotTextures, DirectionsAreThoseOfUnreal)
+{
+    PivotTable table = tower(2, 3);
+    table.directions[1] = {0.48f, 0.64f, -0.6f, 5.12f};
+    table.directions[2] = {-1, 0, 0, 30}; // longer than a byte tells
+    const auto textures = encodePivots(table, 3);
+    ASSERT_TRUE(textures) << toString(textures.error());
+    const auto directions = decodePng(textures->directions, 4, 2, "directions.png");
+    ASSERT_TRUE(directions) << toString(directions.error());
+    ASSERT_EQ(directions->width, 2u);
+    ASSERT_EQ(directions->height, 2u);
+    using Texel = std::array<int, 4>;
+    const auto texel = [&](std::size_t i) {
+        const std::uint8_t* bytes = &directions->texels[4 * i];
+        return Texel{bytes[0], bytes[1], bytes[2], bytes[3]};
+    };
+    EXPECT_EQ(texel(0), (Texel{128, 128, 255, 128})) << "straight up, half of 20.48 m";
+    EXPECT_EQ(texel(1), (Texel{189, 51, 209, 64})) << "x, z and y as shares of [-1, 1]: 0.74, 0.2 and 0.82; a quarter";
+    EXPECT_EQ(texel(2), (Texel{0, 128, 128, 255}));
+    EXPECT_EQ(texel(3), (Texel{0, 0, 0, 0})) << "no element";
 }
 
 TEST(PivotTextures, RefusesWhatHalvesCannotHold)
