@@ -1,6 +1,7 @@
 #include <Espalier/Core/DeterministicMath.h>
 #include <Espalier/Mesh/TubeMesher.h>
 #include <Espalier/Species/Appearance.h>
+#include <Mesh/SurfaceCheck.h>
 #include <Plant/SampleSkeletons.h>
 #include <cmath>
 #include <gtest/gtest.h>
@@ -283,6 +284,153 @@ TEST(TubeMesher, BarkKeepsItsScaleOnThickAndThinAxes)
         // About one repeat a tile, as a whole number of them goes round; on the thinnest that is one.
         EXPECT_NEAR(round, radius < 0.05f ? 1 / (2 * math::kPi * radius) : 2, 0.5) << radius;
     }
+}
+
+/// Grain leans from the axis by the same angle, whatever the shape of a tile: 3.5 degrees.
+TEST(TubeMesher, BarkLeansRoundTheAxis)
+{
+    for (const std::uint32_t tileHeight : {1u, 2u, 4u})
+        for (const float radius : {0.1f, 0.5f})
+        {
+            // Of such a width that it goes round a whole number of times: nothing is stretched.
+            const float tile = 2 * static_cast<float>(math::kPi) * radius / 3;
+            const Meshed m = meshed(straightTrunk({.radius = radius, .endRadius = radius}), kPlain,
+                                    {.tile = tile, .tileHeight = tileHeight});
+            const Tube& tube = m.scratch.tubes[0];
+            const std::uint32_t ring = tube.sides + 1;
+            ASSERT_EQ(tube.repeats, 3);
+            const Vec2 lower = m.mesh.uvs[0];
+            const Vec2 upper = m.mesh.uvs[ring];
+            ASSERT_EQ(m.mesh.positions[0].x, m.mesh.positions[ring].x) << "one above the other";
+            const float metresRound = (upper.x - lower.x) * tile;
+            const float metresAlong = m.mesh.positions[ring].y - m.mesh.positions[0].y;
+            const double degrees = 180 / math::kPi * static_cast<double>(metresRound / metresAlong);
+            EXPECT_NEAR(degrees, 3.5, 0.1) << tileHeight << " times as high as wide, " << radius << " m";
+        }
+}
+
+/// A trunk with a stout branch and a thin one, both of which leave it where a collar is seen.
+Skeleton stoutAndThin()
+{
+    Skeleton skeleton;
+    skeleton.widthsGiven = true;
+    const std::uint32_t trunk = grow(skeleton, kNoSegment, {0, 1, 0}, 0.18f);
+    const std::uint32_t upper = grow(skeleton, trunk, {0, 1, 0}, 0.18f);
+    grow(skeleton, upper, {0, 1, 0}, 0.18f);
+    grow(skeleton, grow(skeleton, trunk, {1, 1, 0}, 0.08f), {1, 1, 0}, 0.08f);
+    grow(skeleton, grow(skeleton, upper, {-1, 1, 0}, 0.02f), {-1, 1, 0}, 0.02f);
+    completeAxes(skeleton, {});
+    return skeleton;
+}
+
+const Tube& tubeOf(const Meshed& m, std::uint32_t segment)
+{
+    for (const Tube& tube : m.scratch.tubes)
+        if (tube.segment == segment)
+            return tube;
+    ADD_FAILURE() << "no tube begins with segment " << segment;
+    return m.scratch.tubes[0];
+}
+
+constexpr std::uint32_t kStout = 3; // of stoutAndThin
+constexpr std::uint32_t kThinBranch = 5;
+
+TEST(TubeMesher, ThinBranchesHaveNoLid)
+{
+    const Skeleton skeleton = stoutAndThin();
+    for (const float collarFlare : {0.f, 0.6f}) // a lid, and a root
+    {
+        const Meshed closed = meshed(skeleton, {.collarFlare = collarFlare});
+        const Meshed open = meshed(skeleton, {.collarFlare = collarFlare, .openRadius = 0.02f});
+        ASSERT_EQ(closed.scratch.tubes.size(), 3u);
+        ASSERT_EQ(open.scratch.tubes.size(), 3u);
+        for (const std::uint32_t start : {0u, kStout})
+            EXPECT_EQ(tubeOf(open, start).baseVertices, tubeOf(closed, start).baseVertices);
+        const Tube& lidded = tubeOf(closed, kThinBranch);
+        EXPECT_GT(lidded.baseVertices, 0u);
+        EXPECT_EQ(tubeOf(open, kThinBranch).baseVertices, 0u);
+        const std::size_t triangles = collarFlare > 0 ? lidded.sides : lidded.sides - 2;
+        EXPECT_EQ(closed.mesh.indices.size() - open.mesh.indices.size(), 3 * triangles);
+        EXPECT_EQ(closed.mesh.positions.size() - open.mesh.positions.size(), lidded.baseVertices);
+        EXPECT_TRUE(samples::checkSurface(closed.mesh).isManifold());
+        EXPECT_EQ(samples::checkSurface(open.mesh).openSides, lidded.sides) << "the rim of the thin one alone";
+        expectGoodVertices(open.mesh, 0);
+    }
+    // What stands on the ground is closed, however thin.
+    EXPECT_TRUE(samples::checkSurface(meshed(straightTrunk({.length = 3}), {.openRadius = 9}).mesh).isManifold());
+    const Meshed all = meshed(skeleton, {.openRadius = 9});
+    EXPECT_GT(tubeOf(all, 0).baseVertices, 0u);
+    EXPECT_EQ(tubeOf(all, kStout).baseVertices, 0u);
+}
+
+TEST(TubeMesher, CountsWhatIsOpenAsItIsWritten)
+{
+    for (std::uint64_t seed = 0; seed < 40; ++seed)
+        for (const TubeJoints joints : {TubeJoints::Embed, TubeJoints::Weld})
+            for (const float openRadius : {0.f, 0.01f, 9.f})
+            {
+                const Skeleton skeleton = randomTree(seed, 50);
+                TubeSettings settings;
+                settings.joints = joints;
+                settings.openRadius = openRadius;
+                const Meshed m = meshed(skeleton, settings);
+                ASSERT_EQ(m.result, MeshResult::Ok);
+                TubeScratch scratch;
+                MeshCounts counts;
+                ASSERT_EQ(countTubes(skeleton, {}, settings, Limits{}, scratch, counts), MeshResult::Ok);
+                EXPECT_EQ(counts.vertices, m.mesh.positions.size()) << "seed " << seed;
+                EXPECT_EQ(counts.indices, m.mesh.indices.size()) << "seed " << seed;
+                EXPECT_EQ(counts.parts, m.mesh.parts.size()) << "seed " << seed;
+            }
+}
+
+TEST(TubeMesher, WeldingLeavesNothingOpen)
+{
+    const Meshed closed = meshed(stoutAndThin(), {.joints = TubeJoints::Weld});
+    const Meshed open = meshed(stoutAndThin(), {.joints = TubeJoints::Weld, .openRadius = 9});
+    EXPECT_TRUE(samples::checkSurface(open.mesh).isManifold());
+    EXPECT_EQ(samples::checkSurface(open.mesh).pieces, 1u);
+    EXPECT_EQ(open.mesh, closed.mesh);
+    for (std::uint64_t seed = 0; seed < 20; ++seed) // what could not be welded is closed, too
+        EXPECT_EQ(
+            samples::checkSurface(meshed(randomTree(seed, 50), {.joints = TubeJoints::Weld, .openRadius = 9}).mesh)
+                .openSides,
+            0u)
+            << "seed " << seed;
+}
+
+/// Wood that was made thicker than it grew has the bark and the sides of what grew.
+TEST(TubeMesher, WidenedWoodKeepsItsBarkAndItsSides)
+{
+    constexpr float kWider = 4;
+    const BarkAppearance bark{.tile = 0.1f};
+    const Skeleton grown = straightTrunk({.radius = 0.1f, .endRadius = 0.1f});
+    Skeleton wide = grown;
+    for (std::uint32_t i = 0; i < wide.size(); ++i)
+    {
+        wide.startRadii[i] *= kWider;
+        wide.endRadii[i] *= kWider;
+    }
+    const std::vector<float> widening(wide.size(), kWider);
+    TubeSettings settings = kPlain;
+    settings.maxSides = 64;
+    const Meshed asGrown = meshed(grown, settings, bark);
+    const Meshed asWide = meshed(wide, settings, bark);
+    settings.widening = widening;
+    const Meshed widened = meshed(wide, settings, bark);
+
+    const Tube& tube = widened.scratch.tubes[0];
+    EXPECT_EQ(tube.repeats, 6) << "0.63 m round, of 0.1 m each";
+    EXPECT_EQ(tube.repeats, asGrown.scratch.tubes[0].repeats);
+    EXPECT_EQ(asWide.scratch.tubes[0].repeats, 25) << "as told nothing";
+    EXPECT_EQ(tube.sides, asGrown.scratch.tubes[0].sides);
+    EXPECT_GT(asWide.scratch.tubes[0].sides, 2 * tube.sides - 2) << "as the root of four, but for rounding up";
+    EXPECT_FLOAT_EQ(tube.repeatsPerMetre, asGrown.scratch.tubes[0].repeatsPerMetre);
+
+    ASSERT_EQ(widened.mesh.uvs[0], asGrown.mesh.uvs[0]);
+    EXPECT_FLOAT_EQ(widened.mesh.uvs[tube.sides].x - widened.mesh.uvs[0].x, 6);
+    const Vec3 first = widened.mesh.positions[0];
+    EXPECT_NEAR(std::sqrt(first.x * first.x + first.z * first.z), kWider * 0.1f, 1e-5f) << "but it is thick";
 }
 
 TEST(TubeMesher, EqualInputGivesEqualBytes)
