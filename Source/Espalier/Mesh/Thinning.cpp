@@ -216,10 +216,21 @@ private:
     }
 
     /// Facets cut off what circles cover: how much more those of a level do than those of the full plant.
+    ///
+    /// It takes for granted how many sides tubes have, and nobody tells if that changes:
+    /// * a level's, coarserBy below and sidesFor (TubePlan.cpp): at least three, and ceil(pi sqrt(radius / (2 chord)))
+    ///   with a chord error of 0.5 error. So three up to a radius of 9 / pi^2 errors, four up to 16 / pi^2;
+    /// * the full plant's: TubeSettings::minSides, five, as its thin wood has.
+    /// An error below twice TubeSettings::chordError, which no level has, would give more sides than this counts on.
     [[nodiscard]] float facetLoss(float radius) const
     {
-        // Perimeters of polygons, as shares of that of five sides: what they cover from all sides together.
-        return radius < 0.912f * error_ ? 1.1312f : radius < 1.62f * error_ ? 1.0391f : 1;
+        constexpr float kThreeSides = 0.912f; // errors: 9 / pi^2
+        constexpr float kFourSides = 1.62f;   // 16 / pi^2
+        // Perimeters of inscribed polygons, n sin(pi / n), of five sides to those of three and of four: what they cover
+        // from all sides together.
+        constexpr float kFiveToThree = 1.1312f;
+        constexpr float kFiveToFour = 1.0391f;
+        return radius < kThreeSides * error_ ? kFiveToThree : radius < kFourSides * error_ ? kFiveToFour : 1;
     }
 
     void widen(std::uint32_t begin, float factor)

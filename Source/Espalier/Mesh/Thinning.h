@@ -29,7 +29,7 @@ struct ThinningScratch
 
 /// A plant with less detail, for the distance at which `error` metres are about a pixel. `thinned` must not be `full`.
 ///
-/// Branches thinner than half of `error` are too thin to be seen one by one. Of those with a share s of that as their
+/// Branches thinner than 0.45 of `error` are too thin to be seen one by one. Of those with a share s of that as their
 /// width, a share s is kept, and made 1 / s as wide: together they cover what all did (stochastic simplification; Cook,
 /// Halstead, Planck and Ryu, "Stochastic simplification of aggregate detail", ACM TOG 26, 2007). Which are kept is a
 /// function of their places (hashPlaces), and what a larger error keeps a smaller one kept too, so nothing comes back

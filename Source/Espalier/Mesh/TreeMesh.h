@@ -13,7 +13,7 @@ struct Appearance;
 /// What a part of a tree mesh is made of.
 enum class MeshMaterial : std::uint8_t
 {
-    Bark,    ///< Closed tubes, seen from outside only.
+    Bark,    ///< Tubes, seen from outside only.
     Surface, ///< Leaves, petals, berries: what is flat has one layer of triangles and two sides to look at.
     Leaves,  ///< Foliage of the species, cut out by the alpha of its texture; two sides.
     Cards,   ///< Pictures of a whole plant (Impostor.h), cut out likewise; one side.

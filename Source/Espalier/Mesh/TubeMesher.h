@@ -17,12 +17,13 @@ struct BarkAppearance;
 /// How branches meet what they grow out of.
 enum class TubeJoints : std::uint8_t
 {
-    Embed, ///< Each branch is a closed tube that begins inside its parent: fewest triangles, quickest.
+    Embed, ///< Each branch is a tube of its own that begins inside its parent, closed there too unless it is thin
+           ///< (TubeSettings::openRadius): fewest triangles, quickest.
     Weld, ///< All wood that hangs together is one closed surface, without walls inside: for printing, collision shapes,
           ///< displacement, smooth shading across joints.
 };
 
-/// How branch axes become closed tubes.
+/// How branch axes become tubes.
 struct TubeSettings
 {
     std::uint16_t minSides = 5;  ///< Ring vertices on the thinnest axis. [3, maxSides]
@@ -38,8 +39,9 @@ struct TubeSettings
     TubeJoints joints =
         TubeJoints::Embed; ///< Whether branches are tubes of their own or one surface with their parents.
     MeshStreams streams{}; ///< Tints are those of young wood (BarkAppearance::youngTint).
-    /// Metres: embedded branches that begin no thicker than this have no lid where they do, inside their parent: for
-    /// levels of detail, where nobody could see into one. [0, inf)
+    /// Metres: embedded branches that begin no thicker than this are open where they do: for levels of detail, where
+    /// nobody could see into one. Mostly that is inside their parent; a thinned plant's begin up to half of its error
+    /// off the parent's axis (thinSkeleton). [0, inf)
     float openRadius = 0;
     /// Of each segment: how many times as thick as it grew it was made (thinSkeleton). Its bark stays that of what
     /// grew. One for every segment, or none: all are as they grew.
@@ -125,11 +127,12 @@ struct TubeScratch
     TreeMesh unwelded;  ///< The rings of one sheet.
 
     std::uint32_t branches = 0; ///< Tubes that grow out of another.
-    std::uint32_t embedded = 0; ///< Those of them that are closed tubes of their own: all, or what could not be welded.
+    std::uint32_t embedded = 0; ///< Those of them that are tubes of their own: all, or what could not be welded.
 };
 
-/// Appends one closed tube per axis of `skeleton` to `mesh`, as Bark parts: one for each material in which an axis
-/// begins, in ascending order. A tube has one colour, that of its first segment.
+/// Appends one tube per axis of `skeleton` to `mesh`, as Bark parts: one for each material in which an axis begins, in
+/// ascending order. Tubes are closed, but for the feet of thin branches if settings.openRadius says so. A tube has one
+/// colour, that of its first segment.
 ///
 /// Frames are rotation-minimizing (Wang et al. 2008, double reflection); a branch begins inside its parent and widens
 /// to a collar that follows the parent's surface and takes its normals there; tips are closed and round, one radius

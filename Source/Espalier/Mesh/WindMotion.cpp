@@ -6,8 +6,8 @@
 // Content/Shaders/wind.vert is this file in GLSL, line by line. What is changed here is changed there.
 //
 // Smoothed triangle waves in place of sines after T. Sousa, GPU Gems 3, chapter 16: cheap, and the same everywhere.
-// Departure: that chapter shears the tree and then corrects the distance of each vertex from the root; turning needs
-// no correction, and boughs keep their lengths too.
+// Departure: that chapter shears the tree and then corrects the distance of each vertex from the root. Here branches
+// turn, which keeps distances; as they bow besides, what lies beyond is drawn in a little (`bowed`).
 
 namespace espalier {
 namespace {
@@ -50,8 +50,9 @@ float lagAt(const Vec3& place)
 }
 
 /// Half the turn of a branch that bends by `bend` and leads where `facing` says: the wind pushes it to leeward, so what
-/// hangs is lifted and what stands across is swept back, as its drag would turn it, and less the further it has turned
-/// already; about there it nods, sways across the wind and swings round.
+/// hangs is lifted and what stands across is swept back, as its drag would turn it at rest: what leads to leeward there
+/// already is not pushed. How far it has turned since does not count; about there it nods, sways across the wind and
+/// swings round.
 Vec3 branchTurn(float bend, std::uint32_t facing, float phase, float angle, float rate, const Vec3& pivot,
                 const WindWeather& weather)
 {
