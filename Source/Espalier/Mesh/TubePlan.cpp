@@ -24,6 +24,9 @@ constexpr float kSmallestStep = 1e-6f;
 /// A branch at most this wide at the joint, in radii of its parent, stays hidden in it.
 constexpr float kHiddenWidth = 0.95f;
 
+/// Rings nearer than this are one, in radii: between them there would be slivers, or nothing.
+constexpr float kSameRing = 1e-3f;
+
 /// Two rings are one straight cone if they agree this well: cosine of 0.1 degrees, slope, and share of the radius.
 constexpr float kStraightCosine = 0.9999985f;
 constexpr float kStraightSlope = 0.002f;
@@ -335,7 +338,12 @@ public:
 
     void keep()
     {
-        if (folds())
+        if (hasNotAdvanced())
+        {
+            fromBack(2).pinned = fromBack(2).pinned || fromBack(1).pinned;
+            rings_.pop_back();
+        }
+        else if (folds())
             rings_.pop_back();
         else
             straighten();
@@ -344,7 +352,7 @@ public:
     /// Keeps the end of the axis at the cost of what it would fold with.
     void keepLast()
     {
-        while (count() > 2 && folds())
+        while (count() > 2 && (hasNotAdvanced() || folds()))
             dropBefore();
         if (!folds())
             straighten();
@@ -354,6 +362,11 @@ private:
     [[nodiscard]] std::size_t count() const { return rings_.size() - first_; }
     [[nodiscard]] TubeRing& fromBack(std::size_t i) { return rings_[rings_.size() - i]; }
 
+    /// A ring that was asked for where the curve has one anyway, or next to it.
+    [[nodiscard]] bool hasNotAdvanced()
+    {
+        return count() > 1 && fromBack(1).along - fromBack(2).along <= kSameRing * fromBack(2).radius;
+    }
     [[nodiscard]] bool folds() { return count() > 1 && foldsBetween(fromBack(2), fromBack(1)); }
 
     void straighten()

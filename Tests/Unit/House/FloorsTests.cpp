@@ -57,6 +57,7 @@ const std::vector<ForeignHeader> kForeignHeaders = {
     {"embree3/", {"Overlap", "Render"}},
     {"tiny_gltf.h", {"Bake"}},
     {"meshoptimizer.h", {"Bake"}},
+    {"png.h", {"Texture"}},
     {"stb_", {"Texture", "Bake"}},
     // The processor.
     {"emmintrin.h", {"Core"}},

@@ -335,6 +335,21 @@ const Tube& tubeOf(const Meshed& m, std::uint32_t segment)
 constexpr std::uint32_t kStout = 3; // of stoutAndThin
 constexpr std::uint32_t kThinBranch = 5;
 
+/// The rings that the roots want fall on joints of the skeleton here, or beside them.
+TEST(TubeMesher, LaysNoRingTwice)
+{
+    for (const TubeJoints joints : {TubeJoints::Embed, TubeJoints::Weld})
+        for (const std::uint32_t segments : {2u, 4u, 8u, 20u, 40u})
+            for (const float radius : {0.1f, 0.2f, 0.1000001f})
+            {
+                const TubeSettings settings{.joints = joints};
+                const Meshed m = meshed(straightTrunk({.segments = segments, .radius = radius}), settings);
+                const samples::SurfaceCheck check = samples::checkSurface(m.mesh);
+                EXPECT_TRUE(check.isManifold() && check.flat == 0)
+                    << segments << " segments, radius " << radius << ": " << ::testing::PrintToString(check);
+            }
+}
+
 TEST(TubeMesher, ThinBranchesHaveNoLid)
 {
     const Skeleton skeleton = stoutAndThin();
