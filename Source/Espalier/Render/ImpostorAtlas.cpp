@@ -172,14 +172,15 @@ double coveredBy(const Views& views)
     return sum;
 }
 
-/// How much a frame counts in a view: of cards those that are seen square on; octahedral frames all alike, for those
-/// from above have no level view of their own.
+/// How much a frame counts in a view: of cards the more, the more squarely they are seen; octahedral frames all alike,
+/// for those from above have no level view of their own. Cards from the sides show through the holes of the one in
+/// front, so a frame that heeded its own view alone would be toned against its neighbours, ever further.
 double weightOf(const Impostor& impostor, std::size_t frame, std::uint32_t view)
 {
     if (impostor.kind == ImpostorKind::Octahedral)
         return 1;
-    const float facing = glm::dot(impostor.frames[frame].toViewer, toViewerAt(azimuthOf(view)));
-    return math::pow(std::max(static_cast<double>(facing), 0.0), 8);
+    const float facing = std::max(glm::dot(impostor.frames[frame].toViewer, toViewerAt(azimuthOf(view))), 0.0f);
+    return static_cast<double>(facing * facing);
 }
 
 /// Cuts the frames out so that the impostor covers as much as the plant in all calibrated views together, for cards
@@ -189,7 +190,7 @@ Expected<void> calibrate(const PreviewScene& scene, const Impostor& impostor, co
                          const Progress& progress, Film& film, MaterialTextures& atlas)
 {
     constexpr int kCuts = 8;
-    constexpr int kTones = 6;
+    constexpr int kTones = 8;
     const std::uint32_t pixels = std::clamp(film.height / 2, 64u, 128u);
     double done = 0;
     const auto step = [&] {
