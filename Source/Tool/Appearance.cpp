@@ -101,7 +101,8 @@ void tellMissingPictures(const Appearance& look, const std::string& path)
                 !name->empty() && !std::filesystem::exists(std::filesystem::path(path).parent_path() / *name, unknown))
                 missing += (missing.empty() ? "" : ", ") + *name;
     if (!missing.empty())
-        std::cerr << path << ": its look wants pictures that are not beside it: " << missing << "; copy them there\n";
+        std::cerr << path << ": its look wants pictures that are not beside it: " << missing
+                  << "; copy them there, or name them with their folder\n";
 }
 
 namespace {
@@ -129,6 +130,10 @@ void writePictures(const Appearance& look, const OwnTextures& own, const std::fi
                 failUsage("appearance: " + (folder / *name).string() +
                           " is there already; expected a folder without pictures of that name");
 
+    if (std::error_code refused; !std::filesystem::is_directory(folder, refused))
+        if (!std::filesystem::create_directory(folder, refused))
+            fail({ErrorKind::Io, "the folder cannot be made", {}, {}, {folder.string(), 0, 0}});
+
     const AppearanceTextures textures = makeTextures(look, {}, 0, own);
     for (std::size_t i = 0; i < painted.images.size(); ++i)
     {
@@ -140,7 +145,7 @@ void writePictures(const Appearance& look, const OwnTextures& own, const std::fi
     }
     std::cout << printAppearance(painted);
     std::cerr << folder.string() << ": " << 3 * painted.images.size()
-              << " pictures; paint over them, and set the look printed here, saved beside them\n";
+              << " pictures; paint over them, save the look printed here beside them, and set it for a species there\n";
 }
 
 /// What an .appearance file leaves out and a look has: "bark.relief, seasons". Files are the whole look, so it is lost.
@@ -205,9 +210,9 @@ void addAppearance(CLI::App& app)
                      "file leaves out is as usual, not as before. Rules and the thickness of wood stay")
         ->check(CLI::ExistingFile);
     verb->add_option("--pictures", command->pictures,
-                     "A folder: writes the pictures of bark and leaves there, to paint over, and prints the look that "
+                     "A folder, made if need be: writes the pictures of bark and leaves there, to paint over, and "
+                     "prints the look that "
                      "names them under \"images\"")
-        ->check(CLI::ExistingDirectory)
         ->excludes("--set");
     verb->callback([command] { appearance(*command); });
 }

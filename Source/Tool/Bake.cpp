@@ -104,10 +104,10 @@ void BakeChoices::addTo(CLI::App& verb)
             keys.push_back(entry.first);
         return keys;
     };
-    verb.add_option(
-            "--lod", levels,
-            "Level of detail: 0 the full plant, N, at most 12, 1 / 2^N of its triangles; or a range A..B, a file "
-            "for each (out-lod0.glb ...)")
+    verb.add_option("--lod", levels,
+                    "Level of detail: 0 the full plant, N, at most 12, at most 1 / 2^N of its triangles; or a range "
+                    "A..B, a file "
+                    "for each (out-lod0.glb ...)")
         ->capture_default_str();
     verb.add_flag("--together", together, "All levels of a range in one file, as MSFT_lod: for engines that know it");
     verb.add_option("--profile", profile,
@@ -117,8 +117,8 @@ void BakeChoices::addTo(CLI::App& verb)
         ->capture_default_str();
     verb.add_option(
             "--textures", textures,
-            "Texels along the sides of the bark's textures, rounded down to a power of two; leaves have half as "
-            "many; 0: no textures, colours alone")
+            "Size of the generated textures: bark has as many texels as a square of this side, rounded down to a power "
+            "of two, leaves are half as high; an artist's own pictures keep theirs; 0: no textures, colours alone")
         ->check(CLI::Range(0u, kMaxTextureSize))
         ->capture_default_str();
     verb.add_flag("--translucent", translucent,

@@ -327,7 +327,8 @@ expect "a picture of pictures" 0 "pixels" "$espalier" render painted/own.species
 expect "a look whose pictures are elsewhere" 0 "not beside it: bark-colour.png" "$espalier" appearance look.species --set painted/own.appearance
 expect "pictures that are not there" 1 "bark-colour.png" "$espalier" grow look.species --lod 4 -o none.glb
 expect "the look as it was" 0 "1 kind" "$espalier" appearance look.species --set printed.appearance
-expect "pictures in no folder" 2 "--pictures" "$espalier" appearance look.species --pictures nowhere
+expect "pictures in a new folder" 0 "6 pictures" "$espalier" appearance look.species --pictures brushes
+expect "pictures in no folder" 1 "cannot be made" "$espalier" appearance look.species --pictures none/of/these
 printf '{"espalier": "appearance", "version": 1,\n "leaves": [{"shape": "round"}]}' > round.appearance
 expect "a shape that there is none of" 3 "round.appearance:2:23: shape is" "$espalier" appearance look.species --set round.appearance
 same "the earlier look stays" before.species look.species
