@@ -1,5 +1,7 @@
 #include "Look.h"
 
+#include "Pictures.h"
+
 #include <Espalier/Core/File.h>
 #include <Espalier/Core/Json.h>
 #include <Espalier/Species/AppearanceFile.h>
@@ -87,19 +89,29 @@ void LookOptions::applyTo(Appearance& appearance, const std::string& input) cons
         appearance.leaves.clear();
 }
 
+namespace {
+
+/// The artist's own pictures that the look of a file names.
+OwnTextures picturesOf(const Appearance& look, const std::string& path)
+{
+    return orFail(loadOwnTextures(look, std::filesystem::path(path).parent_path(), authoringLimits()));
+}
+
+} // namespace
+
 OwnTextures LookOptions::pictures(const Appearance& appearance, const std::string& input) const
 {
-    return orFail(loadOwnTextures(appearance, std::filesystem::path(source(input)).parent_path(), authoringLimits()));
+    return picturesOf(appearance, source(input));
 }
 
 void tellMissingPictures(const Appearance& look, const std::string& path)
 {
     std::string missing;
     for (const ImageNames& names : look.images)
-        for (const std::string* name : {&names.colour, &names.normal, &names.roughness})
+        for (const std::string& name : namesIn(names))
             if (std::error_code unknown;
-                !name->empty() && !std::filesystem::exists(std::filesystem::path(path).parent_path() / *name, unknown))
-                missing += (missing.empty() ? "" : ", ") + *name;
+                !std::filesystem::exists(std::filesystem::path(path).parent_path() / name, unknown))
+                missing += (missing.empty() ? "" : ", ") + name;
     if (!missing.empty())
         std::cerr << path << ": its look wants pictures that are not beside it: " << missing
                   << "; copy them there, or name them with their folder\n";
@@ -115,34 +127,25 @@ struct AppearanceCommand
 };
 
 /// Writes what the materials are painted with to `folder`, and prints what an appearance beside the pictures says.
-void writePictures(const Appearance& look, const OwnTextures& own, const std::filesystem::path& folder)
+void writeAllPictures(const Appearance& look, const OwnTextures& own, const std::filesystem::path& folder)
 {
     Appearance painted = look;
     painted.images.clear();
     for (std::size_t i = 0; i <= look.leaves.size(); ++i)
-    {
-        const std::string material = i == 0 ? "bark" : "leaves" + std::to_string(i - 1);
-        painted.images.push_back({material + "-colour.png", material + "-normal.png", material + "-roughness.png"});
-    }
+        painted.images.push_back(pictureNames(i == 0 ? "bark" : "leaves" + std::to_string(i - 1)));
     for (const ImageNames& names : painted.images)
-        for (const std::string* name : {&names.colour, &names.normal, &names.roughness})
-            if (std::error_code unknown; std::filesystem::exists(folder / *name, unknown))
-                failUsage("appearance: " + (folder / *name).string() +
+        for (const std::string& name : namesIn(names))
+            if (std::error_code unknown; std::filesystem::exists(folder / name, unknown))
+                failUsage("appearance: " + (folder / name).string() +
                           " is there already; expected a folder without pictures of that name");
 
     if (std::error_code refused; !std::filesystem::is_directory(folder, refused))
         if (!std::filesystem::create_directory(folder, refused))
             fail({ErrorKind::Io, "the folder cannot be made", {}, {}, {folder.string(), 0, 0}});
 
-    const AppearanceTextures textures = makeTextures(look, {}, 0, own);
+    const AppearanceTextures textures = makeTextures(look, {}, 0, &own);
     for (std::size_t i = 0; i < painted.images.size(); ++i)
-    {
-        const ImageNames& names = painted.images[i];
-        const MaterialTextures& material = i == 0 ? textures.bark : textures.leaves[i - 1];
-        orFail(writeFileAtomically(folder / names.colour, encodePng(material.colour)));
-        orFail(writeFileAtomically(folder / names.normal, encodePng(material.normal)));
-        orFail(writeFileAtomically(folder / names.roughness, encodePng(material.roughness)));
-    }
+        writePictures(folder, painted.images[i], encode(i == 0 ? textures.bark : textures.leaves[i - 1]));
     std::cout << printAppearance(painted);
     std::cerr << folder.string() << ": " << 3 * painted.images.size()
               << " pictures; paint over them, save the look printed here beside them, and set it for a species there\n";
@@ -175,9 +178,7 @@ void appearance(const AppearanceCommand& command)
     Species species = loadSpeciesFile(command.species);
     if (!command.pictures.empty())
     {
-        const OwnTextures own = orFail(loadOwnTextures(
-            species.appearance, std::filesystem::path(command.species).parent_path(), authoringLimits()));
-        writePictures(species.appearance, own, command.pictures);
+        writeAllPictures(species.appearance, picturesOf(species.appearance, command.species), command.pictures);
         return;
     }
     if (command.given.empty())
@@ -211,8 +212,7 @@ void addAppearance(CLI::App& app)
         ->check(CLI::ExistingFile);
     verb->add_option("--pictures", command->pictures,
                      "A folder, made if need be: writes the pictures of bark and leaves there, to paint over, and "
-                     "prints the look that "
-                     "names them under \"images\"")
+                     "prints the look that names them under \"images\"")
         ->excludes("--set");
     verb->callback([command] { appearance(*command); });
 }

@@ -1,6 +1,7 @@
 #include "Bake.h"
 
 #include "Input.h"
+#include "Pictures.h"
 #include "Usage.h"
 
 #include <Espalier/Core/DeterministicMath.h>
@@ -45,12 +46,7 @@ std::filesystem::path besidePath(const std::filesystem::path& path, const std::s
     return path.parent_path() / (path.stem().string() + ending);
 }
 
-EncodedImages encode(const MaterialTextures& material)
-{
-    return {encodePng(material.colour), encodePng(material.normal), encodePng(material.roughness)};
-}
-
-std::vector<EncodedImages> encode(const AppearanceTextures& textures)
+std::vector<EncodedImages> encodeAll(const AppearanceTextures& textures)
 {
     std::vector<EncodedImages> images{encode(textures.bark)};
     for (const MaterialTextures& leaf : textures.leaves)
@@ -106,8 +102,7 @@ void BakeChoices::addTo(CLI::App& verb)
     };
     verb.add_option("--lod", levels,
                     "Level of detail: 0 the full plant, N, at most 12, at most 1 / 2^N of its triangles; or a range "
-                    "A..B, a file "
-                    "for each (out-lod0.glb ...)")
+                    "A..B, a file for each (out-lod0.glb ...)")
         ->capture_default_str();
     verb.add_flag("--together", together, "All levels of a range in one file, as MSFT_lod: for engines that know it");
     verb.add_option("--profile", profile,
@@ -173,9 +168,9 @@ PlantBaker::PlantBaker(const BakeChoices& choices, const Appearance& appearance,
       preset_(kWinds.at(choices.wind))
 {
     if (choices_.textures > 0)
-        images_ = encode(makeTextures(
+        images_ = encodeAll(makeTextures(
             appearance, {.bark = choices_.textures, .leaf = std::max(choices_.textures / 2, kMinTextureSize)}, 0,
-            own_));
+            &own_));
 }
 
 MeshSettings PlantBaker::meshSettings() const
@@ -358,9 +353,7 @@ nlohmann::ordered_json PlantBaker::writeFrames(float error, const std::string& l
                                                const std::filesystem::path& output) const
 {
     const std::filesystem::path path = besidePath(output, "-impostor.json");
-    const std::filesystem::path colour = besidePath(output, "-impostor-colour.png");
-    const std::filesystem::path normal = besidePath(output, "-impostor-normal.png");
-    const std::filesystem::path roughness = besidePath(output, "-impostor-roughness.png");
+    const ImageNames pictures = pictureNames(output.stem().string() + "-impostor");
     const nlohmann::ordered_json document{{"espalier", "impostor"},
                                           {"version", 1},
                                           {"plant", label},
@@ -369,16 +362,15 @@ nlohmann::ordered_json PlantBaker::writeFrames(float error, const std::string& l
                                           {"radius", impostor_.radius},
                                           {"halfExtent", impostor_.frames[0].halfExtent.x},
                                           {"error", error},
-                                          {"colour", colour.filename().string()},
-                                          {"normal", normal.filename().string()},
-                                          {"roughness", roughness.filename().string()}};
-    orFail(writeFileAtomically(colour, encodePng(atlas_.colour)));
-    orFail(writeFileAtomically(normal, encodePng(atlas_.normal)));
-    orFail(writeFileAtomically(roughness, encodePng(atlas_.roughness)));
+                                          {"colour", pictures.colour},
+                                          {"normal", pictures.normal},
+                                          {"roughness", pictures.roughness}};
+    writePictures(output.parent_path(), pictures, encode(atlas_));
     orFail(writeFileAtomically(path, document.dump(1) + "\n"));
-    return {{"file", path.string()},
-            {"frames", impostor_.frames.size()},
-            {"with", {colour.string(), normal.string(), roughness.string()}}};
+    nlohmann::ordered_json with = nlohmann::ordered_json::array();
+    for (const std::string& name : namesIn(pictures))
+        with.push_back((output.parent_path() / name).string());
+    return {{"file", path.string()}, {"frames", impostor_.frames.size()}, {"with", std::move(with)}};
 }
 
 void PlantBaker::writeGlbOf(std::span<const Level> levels, std::uint32_t firstLod, const BakeInfo& info,
@@ -414,12 +406,8 @@ void PlantBaker::writeTextures(const std::filesystem::path& obj)
     for (std::size_t i = 0; i < images_.size(); ++i)
     {
         // Numbered like the materials and as everywhere else: leaves 0 are the first kind.
-        const std::string material = stem + (i == 0 ? std::string("-bark-") : "-leaves" + std::to_string(i - 1) + "-");
-        imageFiles_.push_back({material + "colour.png", material + "normal.png", material + "roughness.png"});
-        const MaterialImages& names = imageFiles_.back();
-        orFail(writeFileAtomically(obj.parent_path() / names.colour, images_[i].colour));
-        orFail(writeFileAtomically(obj.parent_path() / names.normal, images_[i].normal));
-        orFail(writeFileAtomically(obj.parent_path() / names.roughness, images_[i].roughness));
+        imageFiles_.push_back(pictureNames(stem + (i == 0 ? "-bark" : "-leaves" + std::to_string(i - 1))));
+        writePictures(obj.parent_path(), imageFiles_.back(), images_[i]);
     }
 }
 
@@ -430,9 +418,9 @@ nlohmann::ordered_json PlantBaker::writeLevelObj(const Level& level, const BakeI
     writeTextures(output);
     orFail(writeObj(path, level.mesh, appearance_, info, imageFiles_));
     nlohmann::ordered_json with{materialsPath(path).string()};
-    for (const MaterialImages& names : imageFiles_)
-        for (const std::string* name : {&names.colour, &names.normal, &names.roughness})
-            with.push_back((output.parent_path() / *name).string());
+    for (const ImageNames& names : imageFiles_)
+        for (const std::string& name : namesIn(names))
+            with.push_back((output.parent_path() / name).string());
     return with;
 }
 

@@ -97,7 +97,7 @@ private:
     std::string path_;
     std::optional<WindPreset> preset_;
     std::vector<EncodedImages> images_;
-    std::vector<MaterialImages> imageFiles_; ///< Of OBJ: written with the first plant, and used by all.
+    std::vector<ImageNames> imageFiles_; ///< Of OBJ: written with the first plant, and used by all.
     DetailScratch scratch_;
     TreeMesh full_; ///< Level 0, where something is compared with it or painted from it and it is no level to write.
     PivotTable pivots_; ///< Of the plant, with --wind pivots.

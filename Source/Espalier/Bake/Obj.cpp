@@ -78,7 +78,7 @@ bool isOneLine(std::string_view text)
 }
 
 Expected<void> check(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info,
-                     std::span<const MaterialImages> images)
+                     std::span<const ImageNames> images)
 {
     const auto bad = [](const char* what) {
         return failure(ErrorKind::BadInput, {}, std::string("the mesh cannot be written: ") + what,
@@ -101,7 +101,7 @@ Expected<void> check(const TreeMesh& mesh, const Appearance& appearance, const B
     if (!isOneLine(info.speciesName))
         return failure(ErrorKind::BadInput, {}, "the species' name cannot be written",
                        "a line of UTF-8 of at most " + std::to_string(kMaxNameBytes) + " bytes");
-    for (const MaterialImages& names : images)
+    for (const ImageNames& names : images)
         for (const std::string* const name : {&names.colour, &names.normal, &names.roughness})
             if (!isOneLine(*name))
                 return failure(ErrorKind::BadInput, {}, "the name of an image cannot be written",
@@ -144,7 +144,7 @@ float roughnessOf(const MeshPart& part, const Appearance& appearance)
 }
 
 Expected<void> emitMaterials(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info,
-                             std::span<const MaterialImages> images, const ByteSink& sink)
+                             std::span<const ImageNames> images, const ByteSink& sink)
 {
     TextWriter text(sink);
     std::vector<std::string> known;
@@ -154,8 +154,8 @@ Expected<void> emitMaterials(const TreeMesh& mesh, const Appearance& appearance,
         if (part.indexCount == 0 || std::ranges::find(known, name) != known.end())
             continue;
         const std::size_t set = imagesOf(part, appearance);
-        const MaterialImages none;
-        const MaterialImages& names = set < images.size() ? images[set] : none;
+        const ImageNames none;
+        const ImageNames& names = set < images.size() ? images[set] : none;
         const bool isPainted = part.material == MeshMaterial::Bark && part.colour != 0;
         const bool hasColour = !names.colour.empty() && !isPainted;
         const Vec3 colour = hasColour ? Vec3(1) : glm::clamp(colourOf(part, appearance), 0.0f, 1.0f);
@@ -242,7 +242,7 @@ Expected<void> guarded(const Make& make)
 } // namespace
 
 Expected<ObjText> printObj(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info,
-                           std::string_view materialFile, std::span<const MaterialImages> images)
+                           std::string_view materialFile, std::span<const ImageNames> images)
 {
     ObjText result;
     const auto appendTo = [](std::string& text) {
@@ -272,7 +272,7 @@ std::filesystem::path materialsPath(const std::filesystem::path& path)
 }
 
 Expected<void> writeObj(const std::filesystem::path& path, const TreeMesh& mesh, const Appearance& appearance,
-                        const BakeInfo& info, std::span<const MaterialImages> images)
+                        const BakeInfo& info, std::span<const ImageNames> images)
 {
     return guarded([&]() -> Expected<void> {
         if (auto checked = check(mesh, appearance, info, images); !checked)

@@ -2,22 +2,14 @@
 
 #include <Espalier/Bake/Gltf.h>
 #include <Espalier/Core/Error.h>
+#include <Espalier/Species/Appearance.h>
 #include <filesystem>
 #include <span>
 #include <string>
 
 namespace espalier {
 
-struct Appearance;
 struct TreeMesh;
-
-/// Names of the picture files of one material; empty ones are left out. Of leaves, alpha of the colour cuts them out.
-struct MaterialImages
-{
-    std::string colour;
-    std::string normal;    ///< Tangent space, green towards the tip.
-    std::string roughness; ///< Green channel, as in glTF.
-};
 
 /// A mesh as text, for programs that know no glTF.
 struct ObjText
@@ -35,7 +27,7 @@ struct ObjText
 /// Equal input gives equal bytes, whatever the locale. Fails with BadInput if the mesh is empty or inconsistent, a
 /// number is not finite, or the species' name or an image's is not UTF-8 or has more than a line.
 [[nodiscard]] Expected<ObjText> printObj(const TreeMesh& mesh, const Appearance& appearance, const BakeInfo& info,
-                                         std::string_view materialFile, std::span<const MaterialImages> images = {});
+                                         std::string_view materialFile, std::span<const ImageNames> images = {});
 
 /// Where writeObj puts the materials of `path`: beside it, in a file of the same name that ends in `.mtl`, blanks in
 /// the name as `_`, since many readers split names there.
@@ -45,6 +37,6 @@ struct ObjText
 /// ever being in memory as a whole.
 [[nodiscard]] Expected<void> writeObj(const std::filesystem::path& path, const TreeMesh& mesh,
                                       const Appearance& appearance, const BakeInfo& info,
-                                      std::span<const MaterialImages> images = {});
+                                      std::span<const ImageNames> images = {});
 
 } // namespace espalier

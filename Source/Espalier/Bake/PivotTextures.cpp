@@ -8,6 +8,7 @@
 #include <Espalier/Core/Vector.h>
 #include <Espalier/Mesh/WindPresets.h>
 #include <Espalier/Texture/Image.h>
+#include <Espalier/Texture/SurfaceMaps.h>
 #include <algorithm>
 #include <bit>
 #include <cmath>
@@ -84,11 +85,6 @@ Vec3 zUp(const Vec4& v)
 std::uint16_t packed(float number)
 {
     return static_cast<std::uint16_t>(static_cast<std::uint32_t>(number) + 1024);
-}
-
-std::uint8_t byteOf(float share)
-{
-    return static_cast<std::uint8_t>(std::clamp(share, 0.0f, 1.0f) * 255 + 0.5f);
 }
 
 } // namespace

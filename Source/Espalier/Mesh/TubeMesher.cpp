@@ -72,9 +72,8 @@ class TubeWriter
 public:
     TubeWriter(const TubePlan& plan, const BarkAppearance& bark, TreeMesh& mesh, std::size_t vertex,
                PartCursors& cursors)
-        : scratch_(plan.scratch), streams_(plan.settings.streams), tile_(plan.tile),
-          tall_(static_cast<float>(tileHeightOf(bark))), bark_(bark), mesh_(mesh), widening_(plan.settings.widening),
-          vertex_(vertex), cursors_(cursors)
+        : plan_(plan), scratch_(plan.scratch), streams_(plan.settings.streams), tile_(plan.tile),
+          tall_(static_cast<float>(tileHeightOf(bark))), bark_(bark), mesh_(mesh), vertex_(vertex), cursors_(cursors)
     {}
 
     void write(const Tube& tube)
@@ -206,14 +205,9 @@ private:
     void writeStreams(const TubeRing& ring, std::size_t count, TreeMesh& mesh, std::size_t first)
     {
         if (streams_.tints)
-            std::fill_n(&mesh.tints[first], count, woodTint(bark_, ring.radius / wideningOf(ring.segment)));
+            std::fill_n(&mesh.tints[first], count, woodTint(bark_, ring.radius / plan_.wideningOf(ring.segment)));
         if (streams_.sources)
             std::fill_n(&mesh.sources[first], count, VertexSource{.segment = ring.segment});
-    }
-
-    [[nodiscard]] float wideningOf(std::uint32_t segment) const
-    {
-        return widening_.empty() ? 1.0f : widening_[segment];
     }
 
     static void placeCollarRing(const Tube& tube, const TubeRing& ring, std::span<const Vec2> circle, TreeMesh& mesh,
@@ -545,13 +539,13 @@ private:
         mesh_.indices[index_++] = c;
     }
 
+    const TubePlan& plan_;
     TubeScratch& scratch_;
     MeshStreams streams_;
     float tile_;
     float tall_; ///< Of a tile of bark, in its widths.
     const BarkAppearance& bark_;
     TreeMesh& mesh_;
-    std::span<const float> widening_;
     std::size_t vertex_;
     std::size_t index_ = 0;
     PartCursors& cursors_;

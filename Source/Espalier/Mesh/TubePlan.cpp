@@ -519,7 +519,7 @@ void planTube(const TubePlan& plan, std::uint32_t segment)
     }
     thickest = std::max(thickest, scratch.rings[tube.firstRing].radius);
 
-    const float widened = plan.settings.widening.empty() ? 1.0f : plan.settings.widening[segment];
+    const float widened = plan.wideningOf(segment);
     tube.sides = sidesFor(thickest / widened, plan.settings);
     giveSides(plan.settings, startRadius, tube.roots, tube.sides);
     if (tube.roots.share > 0)

@@ -14,6 +14,12 @@ struct TubePlan
     const BarkAppearance& bark;
     float tile; ///< Metres round the wood, clamped.
     TubeScratch& scratch;
+
+    /// How many times as thick a segment is as what grew.
+    [[nodiscard]] float wideningOf(std::uint32_t segment) const
+    {
+        return settings.widening.empty() ? 1.0f : settings.widening[segment];
+    }
 };
 
 /// Settings brought into their ranges.

@@ -24,8 +24,7 @@ constexpr std::uint32_t kCalibratedViews = 16; // those that are compared and as
 struct Model
 {
     Model(const RenderSubject& subject, float size, std::uint32_t threads)
-        : paints(makeTextures(*subject.appearance, {.bark = 512, .leaf = 256}, threads,
-                              subject.own ? *subject.own : OwnTextures{})),
+        : paints(makeTextures(*subject.appearance, {.bark = 512, .leaf = 256}, threads, subject.own)),
           scene(*subject.mesh, *subject.appearance, paints, {.size = static_cast<double>(size)})
     {}
 

@@ -311,8 +311,7 @@ Expected<std::vector<Picture>> traceShots(std::span<Shot> shots, const RenderSet
     {
         const Appearance& appearance = *shot.subject->appearance;
         if (!painted || *painted != appearance || own != shot.subject->own)
-            paints.emplace(makeTextures(appearance, textureSizes(settings), threads,
-                                        shot.subject->own ? *shot.subject->own : OwnTextures{}));
+            paints.emplace(makeTextures(appearance, textureSizes(settings), threads, shot.subject->own));
         painted = &appearance;
         own = shot.subject->own;
         paints->cards.clear();

@@ -23,9 +23,9 @@ struct AppearanceTextures
     std::vector<MaterialTextures> leaves; ///< By kind, as Appearance::leaves.
 };
 
-/// Generates all that are not among the artist's `own`, which are taken as they are, whatever their size. Equal input
-/// gives equal bytes, from any number of `threads` (0: one per processor).
+/// Generates all that are not among the artist's `own`, if there are any, which are taken as they are, whatever their
+/// size. Equal input gives equal bytes, from any number of `threads` (0: one per processor).
 [[nodiscard]] AppearanceTextures makeTextures(const Appearance& appearance, const TextureSizes& sizes = {},
-                                              std::uint32_t threads = 1, const OwnTextures& own = {});
+                                              std::uint32_t threads = 1, const OwnTextures* own = nullptr);
 
 } // namespace espalier

@@ -110,7 +110,7 @@ TEST(Obj, MaterialsNameTheirImages)
     appearance.bark.roughness = 0.75f;
     appearance.leaves.resize(2);
     appearance.leaves[1].roughness = 0.5f;
-    const std::vector<MaterialImages> images{
+    const std::vector<ImageNames> images{
         {"bark.png", "bark-n.png", "bark-r.png"}, {"other.png", "", ""}, {"leaf.png", "", ""}};
     const auto text = printObj(leafy(), appearance, kOak, "oak.mtl", images);
     ASSERT_TRUE(text);
@@ -136,7 +136,7 @@ TEST(Obj, RefusesWhatCannotBeWritten)
     struct Case
     {
         const char* name;
-        std::function<void(TreeMesh&, BakeInfo&, std::vector<MaterialImages>&)> spoil;
+        std::function<void(TreeMesh&, BakeInfo&, std::vector<ImageNames>&)> spoil;
     };
     const Case kCases[] = {
         {"no vertices", [](auto& mesh, auto&, auto&) { mesh.clear(); }},
@@ -151,7 +151,7 @@ TEST(Obj, RefusesWhatCannotBeWritten)
     {
         TreeMesh mesh = leafy();
         BakeInfo info = kOak;
-        std::vector<MaterialImages> images(1);
+        std::vector<ImageNames> images(1);
         c.spoil(mesh, info, images);
         const auto text = printObj(mesh, {}, info, "oak.mtl", images);
         ASSERT_FALSE(text) << c.name;

@@ -57,7 +57,7 @@ TEST_F(OwnTexturesTest, TakeThePlaceOfGeneratedOnes)
     Appearance appearance = withImages({{"bark.png", "normal.png", ""}});
     appearance.bark.roughness = 0.4f;
     const OwnTextures own = loadOwnTextures(appearance, folder).value();
-    const AppearanceTextures all = makeTextures(appearance, {.bark = 64, .leaf = 32}, 1, own);
+    const AppearanceTextures all = makeTextures(appearance, {.bark = 64, .leaf = 32}, 1, &own);
     EXPECT_EQ(all.bark.colour, bark);
     EXPECT_EQ(all.bark.normal, normal);
     EXPECT_EQ(all.bark.roughness, evenImage(48, 32, {255, 102, 0})) << "the appearance's";
@@ -70,7 +70,7 @@ TEST_F(OwnTexturesTest, OfOneKindOfLeafLeaveTheOthersAsTheyAre)
     write("leaf.png", evenImage(8, 16, {1, 2, 3, 255}));
     const Appearance appearance = withImages({{}, {}, {"leaf.png", "", ""}});
     const OwnTextures own = loadOwnTextures(appearance, folder).value();
-    const AppearanceTextures all = makeTextures(appearance, {.bark = 16, .leaf = 16}, 1, own);
+    const AppearanceTextures all = makeTextures(appearance, {.bark = 16, .leaf = 16}, 1, &own);
     EXPECT_EQ(all.leaves[1].colour, evenImage(8, 16, {1, 2, 3, 255}));
     EXPECT_EQ(all.leaves[1].normal, evenImage(8, 16, {128, 128, 255})) << "flat";
     EXPECT_EQ(all.bark.colour, makeBarkTextures(appearance.bark, 16).colour);
